@@ -1,0 +1,336 @@
+//! The catalogue of buffers: every name that a shader may bind, what it holds, how long it lives and how large it is.
+
+use crate::shared;
+
+/// How long a buffer's content means something.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Life {
+    /// Written once before the run.
+    Setting,
+    /// State: carried from step to step.
+    Persistent,
+    /// Computed within a step from the named buffers; stale as soon as one of them is written again, and at the next step.
+    Derived(&'static [&'static str]),
+    /// Belongs to the stage that uses it.
+    Scratch,
+}
+
+/// What a buffer has one element for, and what a kernel has one invocation for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Extent {
+    /// A single element.
+    One,
+    /// Fluid particles.
+    Particles,
+    /// Collision cells.
+    Cells,
+    /// Cells cut by a wall: two layers.
+    WallCells,
+    /// Squirmers.
+    Squirmers,
+    /// Squirmer species.
+    Species,
+    /// Ghosts inside squirmers: squirmers times the largest ghost number, rounded up to whole workgroups of 64.
+    SquirmerGhosts,
+    /// Cells of the boxes around squirmers: squirmers times the largest box.
+    SquirmerBoxes,
+    /// Bins of the squirmers' pair search.
+    Bins,
+    /// Blocks of 1024 cells in a prefix sum.
+    Blocks,
+}
+
+/// One buffer of the catalogue.
+#[derive(Debug, Clone, Copy)]
+pub struct Buffer {
+    /// Its name here, in every shader and in drawings.
+    pub name: &'static str,
+    /// What it holds, with units.
+    pub doc: &'static str,
+    /// How long its content means something.
+    pub life: Life,
+    /// What it has one element for.
+    pub extent: Extent,
+    /// 32-bit words per element.
+    pub words: usize,
+}
+
+shared! {
+    /// What every kernel knows of the run; bound as `system`.
+    pub struct SystemUniform {
+        /// Box length per axis in cells.
+        size: vec3u,
+        /// 1 in a slit between walls across y, else 0.
+        walled: u32,
+        /// Cells per axis of the collision grid.
+        cells: vec3u,
+        /// 1 if the walls reflect specularly (slip), 0 if they are no-slip.
+        slip: u32,
+        /// One turn of the u32 coordinate per axis, in cells.
+        period: vec3u,
+        /// Number of cells.
+        cell_count: u32,
+        /// Coordinate units per cell, 2^32/period.
+        units: vec3f,
+        /// Time step h.
+        dt: f32,
+        /// Cells per coordinate unit, period/2^32.
+        cell_per_unit: vec3f,
+        /// Number of particles.
+        particle_count: u32,
+        /// Body acceleration of the fluid.
+        acceleration: vec3f,
+        /// Mean particles per cell.
+        density: f32,
+        /// Velocity of the wall at y = 0.
+        wall_low: vec3f,
+        /// Temperature in kT.
+        temperature: f32,
+        /// Velocity of the wall at y = L.
+        wall_high: vec3f,
+        /// Number of squirmers.
+        squirmer_count: u32,
+        /// Seed, low word.
+        seed_low: u32,
+        /// Seed, high word.
+        seed_high: u32,
+        /// Largest number of ghosts in one squirmer, rounded up to a multiple of 64.
+        ghost_stride: u32,
+        /// Cells along the edge of the largest box around a squirmer.
+        box_edge: u32,
+        /// Bins per axis of the squirmers' pair search.
+        bins: vec3u,
+        /// Contributions per cell up to which the moment sums are safe.
+        max_count: u32,
+        /// Scale of sum v in the moments.
+        scale_velocity: f32,
+        /// Scale of sum |v|^2 in the moments.
+        scale_energy: f32,
+        /// Scale of the coarse copy of sum |v|^2.
+        scale_coarse: f32,
+        /// Scale of sum x in the moments.
+        scale_position: f32,
+        /// Scale of sum x x^T in the moments.
+        scale_second: f32,
+        /// Scale of sum x v^T in the moments.
+        scale_mixed: f32,
+        /// Speed up to which the moment sums are safe.
+        max_speed: f32,
+        /// sqrt(kT).
+        thermal_speed: f32,
+    }
+}
+
+shared! {
+    /// A squirmer's state on the GPU.
+    pub struct SquirmerState {
+        /// Centre, in coordinate units.
+        position: vec3u,
+        /// Index into `species`.
+        species: u32,
+        /// What rounding left of the centre, in coordinate units.
+        remainder: vec3f,
+        /// Not used.
+        pad0: u32,
+        /// How often the centre crossed the box, per axis.
+        image: vec3i,
+        /// Not used.
+        pad1: u32,
+        /// Quaternion (x, y, z, w) from body axes to lab axes; body z is the axis e.
+        orientation: vec4f,
+        /// Velocity of the centre.
+        velocity: vec3f,
+        /// Not used.
+        pad2: u32,
+        /// Angular momentum about the centre, lab frame.
+        angular_momentum: vec3f,
+        /// Not used.
+        pad3: u32,
+        /// Centre at the beginning of the step.
+        position_before: vec3u,
+        /// Not used.
+        pad4: u32,
+        /// Orientation at the beginning of the step.
+        orientation_before: vec4f,
+        /// Mean velocity over the step's motion: the V of the surface velocity.
+        drift: vec3f,
+        /// Not used.
+        pad5: u32,
+        /// Mean angular velocity over the step's motion: the Omega of the surface velocity.
+        spin: vec3f,
+        /// Not used.
+        pad6: u32,
+    }
+}
+
+shared! {
+    /// A squirmer species on the GPU.
+    pub struct SpeciesUniform {
+        /// Semi-axis across e.
+        across: f32,
+        /// Semi-axis along e.
+        along: f32,
+        /// Swimming mode B1.
+        b1: f32,
+        /// Stresslet mode B2 = beta B1.
+        b2: f32,
+        /// Rotlet dipole C2.
+        rotlet: f32,
+        /// Mass M = ghosts * m.
+        mass: f32,
+        /// Moment of inertia about e.
+        inertia_along: f32,
+        /// Moment of inertia about an axis perpendicular to e.
+        inertia_across: f32,
+        /// Ghosts inside one squirmer.
+        ghosts: u32,
+        /// 1 if held in place.
+        held: u32,
+        /// Not used.
+        pad0: u32,
+        /// Not used.
+        pad1: u32,
+    }
+}
+
+shared! {
+    /// What changes from dispatch to dispatch without touching memory; bound as `var<immediate> now`.
+    pub struct Now {
+        /// Step being done, low word.
+        step_low: u32,
+        /// Step being done, high word.
+        step_high: u32,
+        /// Which repetition of the phase, counted from 0.
+        repetition: u32,
+        /// Not used.
+        pad: u32,
+    }
+}
+
+const fn buffer(name: &'static str, life: Life, extent: Extent, words: usize, doc: &'static str) -> Buffer {
+    Buffer { name, doc, life, extent, words }
+}
+
+use Extent::{Bins, Blocks, Cells, One, Particles, Species, Squirmers};
+use Life::{Derived, Persistent, Scratch, Setting};
+
+/// Every buffer. `settings` stands for the uniform of the stage that binds it.
+pub const CATALOGUE: &[Buffer] = &[
+    buffer("system", Setting, One, size_of::<SystemUniform>() / 4, "box, time step, fluid: SystemUniform"),
+    buffer("settings", Setting, One, 0, "the stage's own parameters"),
+    buffer(
+        "species",
+        Setting,
+        Species,
+        size_of::<SpeciesUniform>() / 4,
+        "shapes, slip and masses of the squirmer species",
+    ),
+    buffer("positions", Persistent, Particles, 3, "particle positions, u32 fractions of the period"),
+    buffer("velocities", Persistent, Particles, 3, "particle velocities, sqrt(kT/m)"),
+    buffer(
+        "squirmers",
+        Persistent,
+        Squirmers,
+        size_of::<SquirmerState>() / 4,
+        "squirmer poses, velocities, angular momenta",
+    ),
+    buffer("steric", Derived(&[]), Squirmers, 8, "steric force (0..3) and torque (4..7) on each squirmer, kT/a and kT"),
+    buffer(
+        "fluid_force",
+        Persistent,
+        Squirmers,
+        8,
+        "force and torque of the fluid on each squirmer in the last step, kT/a and kT",
+    ),
+    buffer(
+        "impulses",
+        Persistent,
+        Squirmers,
+        12,
+        "momentum and angular momentum handed to each squirmer: six wide sums",
+    ),
+    buffer(
+        "wall_impulses",
+        Persistent,
+        One,
+        12,
+        "momentum handed to the low and the high wall since the start: six wide sums",
+    ),
+    buffer("faults", Persistent, One, 8, "what went wrong: flags, where and when first"),
+    buffer("shift", Derived(&[]), One, 4, "grid shift of this step, in coordinate units"),
+    buffer(
+        "moments",
+        Derived(&["positions", "velocities", "shift"]),
+        Cells,
+        24,
+        "fixed-point sums over each cell: 1, v, |v|^2, x, xx, xv",
+    ),
+    buffer("operators", Derived(&["moments"]), Cells, 16, "v' = b + A v + W x x of each cell: A (9), W (3), b (3)"),
+    buffer("ghost_sums", Scratch, Squirmers, 44, "sums over the ghosts of each squirmer: 22 wide sums"),
+    buffer(
+        "ghost_motion",
+        Derived(&[]),
+        Squirmers,
+        8,
+        "linear (0..3) and angular (4..7) velocity added to each squirmer's ghosts",
+    ),
+    buffer("squirmer_map", Scratch, Cells, 8, "squirmers near each cell: a count and up to seven indices"),
+    buffer("bin_heads", Scratch, Bins, 1, "first squirmer of each bin, index + 1"),
+    buffer("bin_next", Scratch, Squirmers, 1, "next squirmer of the same bin, index + 1"),
+    buffer("cell_counts", Scratch, Cells, 1, "particles per cell, then the place of the next"),
+    buffer("block_sums", Scratch, Blocks, 1, "particles per block of cells"),
+    buffer("positions_sorted", Scratch, Particles, 3, "positions in their new order"),
+    buffer("velocities_sorted", Scratch, Particles, 3, "velocities in their new order"),
+];
+
+/// The buffer of this name.
+#[must_use]
+pub fn find(name: &str) -> Option<&'static Buffer> {
+    CATALOGUE.iter().find(|b| b.name == name)
+}
+
+/// How many elements each extent has in one run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Sizes {
+    /// Fluid particles.
+    pub particles: u64,
+    /// Collision cells.
+    pub cells: u64,
+    /// Cells in the two layers at the walls; 0 without walls.
+    pub wall_cells: u64,
+    /// Squirmers.
+    pub squirmers: u64,
+    /// Species.
+    pub species: u64,
+    /// Largest number of ghosts in one squirmer, rounded up to a multiple of 64.
+    pub ghost_stride: u64,
+    /// Cells along the edge of the largest box around a squirmer.
+    pub box_edge: u64,
+    /// Bins of the pair search.
+    pub bins: u64,
+}
+
+impl Sizes {
+    /// Elements of an extent.
+    #[must_use]
+    pub fn count(&self, extent: Extent) -> u64 {
+        match extent {
+            Extent::One => 1,
+            Extent::Particles => self.particles,
+            Extent::Cells => self.cells,
+            Extent::WallCells => self.wall_cells,
+            Extent::Squirmers => self.squirmers,
+            Extent::Species => self.species,
+            Extent::SquirmerGhosts => self.squirmers * self.ghost_stride,
+            Extent::SquirmerBoxes => self.squirmers * self.box_edge.pow(3),
+            Extent::Bins => self.bins,
+            Extent::Blocks => self.cells.div_ceil(1024),
+        }
+    }
+
+    /// Bytes of a buffer; at least 16, since an empty binding is not allowed.
+    #[must_use]
+    pub fn bytes(&self, buffer: &Buffer) -> u64 {
+        (self.count(buffer.extent) * buffer.words as u64 * 4).max(16)
+    }
+}

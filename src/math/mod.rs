@@ -1,0 +1,5 @@
+//! Pure mathematics in f64: geometry and theory of spheroids, transport coefficients, random numbers, fixed point.
+
+pub mod fixed;
+pub mod rng;
+pub mod spheroid;

@@ -1,0 +1,7 @@
+//! WGSL: structs shared with Rust, composition of a stage's module from its files, reflection of what a kernel binds.
+
+pub mod compose;
+pub mod reflect;
+pub mod shared;
+
+pub use shared::Shared;

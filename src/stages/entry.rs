@@ -1,0 +1,132 @@
+//! What a stage is: the trait that each stage file implements, and its type-erased form in the registry.
+
+use crate::buffers::Extent;
+use crate::params::{Field, Params, Values};
+use crate::shader::Shared;
+use crate::state::System;
+use crate::state::scene::Scene;
+
+/// One kernel of a stage: an entry point of its WGSL file and what it has one invocation for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Phase {
+    /// Entry point.
+    pub entry: &'static str,
+    /// One invocation for each element of this extent.
+    pub over: Extent,
+}
+
+/// How bad a finding is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Gravity {
+    /// The run may go on.
+    Warning,
+    /// The run must not start.
+    Error,
+}
+
+/// Something a stage's check has to say of its parameters.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Finding {
+    /// How bad.
+    pub gravity: Gravity,
+    /// The parameter it is about; empty for the stage as a whole.
+    pub field: &'static str,
+    /// What is wrong and why.
+    pub message: String,
+    /// What to do.
+    pub help: String,
+}
+
+/// A stage of the step. `PHASES` run where the stage stands in the list; `RECEIVE` phases run after the particles have received
+/// their cells' operators, for a stage whose own (ghost) particles take part in the collision.
+pub trait Stage: 'static {
+    /// Its name in pipeline files, drawings and timings; also the stem of its files.
+    const KIND: &'static str;
+    /// Text of `shaders/stages/KIND.wgsl`.
+    const WGSL: &'static str;
+    /// Kernels that run at the stage's place.
+    const PHASES: &'static [Phase];
+    /// Kernels that run once the collision has been applied.
+    const RECEIVE: &'static [Phase] = &[];
+    /// Kinds that, where present, must stand before this stage in the list.
+    const AFTER: &'static [&'static str] = &[];
+    /// Its parameters in the pipeline file.
+    type Params: Params;
+    /// The uniform its kernels bind as `settings`.
+    type Uniform: Shared;
+
+    /// How often the whole of `PHASES` repeats within one step.
+    fn repetitions(_params: &Self::Params) -> u32 {
+        1
+    }
+    /// Every how many steps the stage runs.
+    fn every(_params: &Self::Params) -> u64 {
+        1
+    }
+    /// What is wrong with the parameters in this system, beyond the ranges of single fields.
+    fn check(_params: &Self::Params, _system: &System) -> Vec<Finding> {
+        Vec::new()
+    }
+    /// The uniform.
+    fn uniform(params: &Self::Params, system: &System) -> Self::Uniform;
+    /// The stage in f64, as a textbook has it; shares no code with the shader.
+    fn reference(params: &Self::Params, system: &System, scene: &mut Scene);
+    /// What the stage does in f64 once the collision has been applied (its `RECEIVE` phases).
+    fn reference_receive(_params: &Self::Params, _system: &System, _scene: &mut Scene) {}
+}
+
+/// A stage without its types: what parsing, planning, drawing and running need.
+#[derive(Debug, Clone, Copy)]
+pub struct Entry {
+    /// See [`Stage::KIND`].
+    pub kind: &'static str,
+    /// See [`Stage::WGSL`].
+    pub wgsl: &'static str,
+    /// See [`Stage::PHASES`].
+    pub phases: &'static [Phase],
+    /// See [`Stage::RECEIVE`].
+    pub receive: &'static [Phase],
+    /// See [`Stage::AFTER`].
+    pub after: &'static [&'static str],
+    /// Doc comment of the parameters: what the stage does.
+    pub summary: fn() -> &'static str,
+    /// Parameters.
+    pub fields: fn() -> Vec<Field>,
+    /// See [`Stage::repetitions`].
+    pub repetitions: fn(&Values) -> u32,
+    /// See [`Stage::every`].
+    pub every: fn(&Values) -> u64,
+    /// See [`Stage::check`].
+    pub check: fn(&Values, &System) -> Vec<Finding>,
+    /// Bytes of the uniform.
+    pub uniform: fn(&Values, &System) -> Vec<u8>,
+    /// WGSL declaration of the uniform's struct.
+    pub uniform_wgsl: &'static str,
+    /// See [`Stage::reference`].
+    pub reference: fn(&Values, &System, &mut Scene),
+    /// See [`Stage::reference_receive`].
+    pub reference_receive: fn(&Values, &System, &mut Scene),
+}
+
+impl Entry {
+    /// The entry of a stage.
+    #[must_use]
+    pub const fn of<S: Stage>() -> Self {
+        Self {
+            kind: S::KIND,
+            wgsl: S::WGSL,
+            phases: S::PHASES,
+            receive: S::RECEIVE,
+            after: S::AFTER,
+            summary: S::Params::summary,
+            fields: S::Params::fields,
+            repetitions: |v| S::repetitions(&S::Params::from_values(v)),
+            every: |v| S::every(&S::Params::from_values(v)),
+            check: |v, s| S::check(&S::Params::from_values(v), s),
+            uniform: |v, s| bytemuck::bytes_of(&S::uniform(&S::Params::from_values(v), s)).to_vec(),
+            uniform_wgsl: S::Uniform::WGSL,
+            reference: |v, s, scene| S::reference(&S::Params::from_values(v), s, scene),
+            reference_receive: |v, s, scene| S::reference_receive(&S::Params::from_values(v), s, scene),
+        }
+    }
+}

@@ -1,0 +1,133 @@
+//! One MPC step on the host in f64: what the stages' references read and write.
+
+use super::{State, System};
+use glam::{DMat3, DQuat, DVec3};
+
+/// Sums over one cell's particles; x is relative to the cell's centre. (23 numbers.)
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Moments {
+    /// Particles, ghosts included.
+    pub count: f64,
+    /// sum v.
+    pub v: DVec3,
+    /// sum |v|^2.
+    pub energy: f64,
+    /// sum x.
+    pub x: DVec3,
+    /// sum x x^T.
+    pub xx: DMat3,
+    /// sum x v^T: entry (row i, column j) is sum x_i v_j.
+    pub xv: DMat3,
+}
+
+impl Moments {
+    /// Adds one particle at `x` from the cell's centre with velocity `v`.
+    pub fn add(&mut self, x: DVec3, v: DVec3) {
+        self.count += 1.0;
+        self.v += v;
+        self.energy += v.length_squared();
+        self.x += x;
+        self.xx += outer(x, x);
+        self.xv += outer(x, v);
+    }
+}
+
+/// a b^T: entry (row i, column j) is a_i b_j.
+#[must_use]
+pub fn outer(a: DVec3, b: DVec3) -> DMat3 {
+    DMat3::from_cols(a * b.x, a * b.y, a * b.z)
+}
+
+/// The collision of one cell as an affine map: v' = b + A v + W x x.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Operator {
+    /// A.
+    pub a: DMat3,
+    /// W.
+    pub w: DVec3,
+    /// b.
+    pub b: DVec3,
+}
+
+impl Default for Operator {
+    fn default() -> Self {
+        Self { a: DMat3::IDENTITY, w: DVec3::ZERO, b: DVec3::ZERO }
+    }
+}
+
+impl Operator {
+    /// The velocity after the collision of a particle at `x` from the cell's centre.
+    #[must_use]
+    pub fn apply(&self, x: DVec3, v: DVec3) -> DVec3 {
+        self.b + self.a * v + self.w.cross(x)
+    }
+}
+
+/// How one squirmer moved in the current step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Motion {
+    /// Centre at the beginning of the step.
+    pub position: DVec3,
+    /// Orientation at the beginning of the step.
+    pub orientation: DQuat,
+    /// Mean velocity over the step: V of the surface velocity.
+    pub drift: DVec3,
+    /// Mean angular velocity over the step: Omega of the surface velocity.
+    pub spin: DVec3,
+}
+
+/// Force and torque about the centre.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Load {
+    /// Force in kT/a, or momentum.
+    pub force: DVec3,
+    /// Torque in kT, or angular momentum.
+    pub torque: DVec3,
+}
+
+/// Everything a step has computed so far.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Scene {
+    /// Particles and squirmers.
+    pub state: State,
+    /// Grid shift in a; cell = floor(position + shift), wrapped on periodic axes.
+    pub shift: DVec3,
+    /// Per cell, x fastest: index = (z * ny + y) * nx + x.
+    pub moments: Vec<Moments>,
+    /// Per cell.
+    pub operators: Vec<Operator>,
+    /// Per squirmer: the current step's motion.
+    pub motions: Vec<Motion>,
+    /// Per squirmer: steric force and torque.
+    pub steric: Vec<Load>,
+    /// Per squirmer: velocity V + ... that is added to its ghosts (linear, angular).
+    pub ghost_motion: Vec<(DVec3, DVec3)>,
+    /// Momentum handed to the walls at y = 0 and y = L since the start.
+    pub wall_impulses: [DVec3; 2],
+}
+
+impl Scene {
+    /// Index of the collision cell that holds `position`, and the offset from its centre.
+    #[must_use]
+    pub fn locate(&self, system: &System, position: DVec3) -> (usize, DVec3) {
+        let cells = system.domain.cells();
+        let shifted = position + self.shift;
+        let mut index = [0usize; 3];
+        let mut offset = DVec3::ZERO;
+        for axis in 0..3 {
+            let floor = shifted[axis].floor();
+            offset[axis] = shifted[axis] - floor - 0.5;
+            #[allow(clippy::cast_possible_truncation)]
+            let cell = (floor as i64).rem_euclid(i64::from(cells[axis]));
+            index[axis] = usize::try_from(cell).expect("a remainder is not negative");
+        }
+        let [nx, ny] = [cells[0] as usize, cells[1] as usize];
+        ((index[2] * ny + index[1]) * nx + index[0], offset)
+    }
+
+    /// Number of collision cells.
+    #[must_use]
+    pub fn cell_count(system: &System) -> usize {
+        system.domain.cells().iter().map(|n| *n as usize).product()
+    }
+}
