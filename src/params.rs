@@ -240,9 +240,11 @@ macro_rules! params {
                 }, )* ]
             }
             fn summary() -> &'static str { concat!($($summary),*).trim_ascii_start() }
+            #[allow(unused_variables)]
             fn from_values(values: &$crate::params::Values) -> Self {
                 Self { $( $field: <$type as $crate::params::Slot>::read(stringify!($field), values), )* }
             }
+            #[allow(unused_mut)]
             fn to_values(&self) -> $crate::params::Values {
                 let mut values = $crate::params::Values::default();
                 $( <$type as $crate::params::Slot>::write(&self.$field, stringify!($field), &mut values); )*
