@@ -40,6 +40,34 @@ pub enum Extent {
     Blocks,
 }
 
+/// What can go wrong inside a kernel: a bit of the first word of `faults`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u32)]
+pub enum Fault {
+    /// A particle is faster than the moment sums allow.
+    Speed = 1,
+    /// A cell holds more contributions than the moment sums allow.
+    Count = 2,
+    /// A sum of squared speeds has wrapped.
+    Energy = 4,
+    /// A steric force, or its sum, left the range of its fixed point.
+    Steric = 8,
+    /// An impulse left the range of its fixed point.
+    Impulse = 16,
+    /// More than seven squirmers are near one cell.
+    Crowded = 32,
+    /// A particle was still inside a squirmer after all its hits and was pushed out.
+    Stuck = 64,
+    /// A velocity is not a number.
+    Nan = 128,
+}
+
+impl Fault {
+    /// Every fault.
+    pub const ALL: &'static [Self] =
+        &[Self::Speed, Self::Count, Self::Energy, Self::Steric, Self::Impulse, Self::Crowded, Self::Stuck, Self::Nan];
+}
+
 /// One buffer of the catalogue.
 #[derive(Debug, Clone, Copy)]
 pub struct Buffer {
@@ -266,7 +294,7 @@ pub const CATALOGUE: &[Buffer] = &[
         "fixed-point sums over each cell: 1, v, |v|^2, x, xx, xv",
     ),
     buffer("operators", Derived(&["moments"]), Cells, 16, "v' = b + A v + W x x of each cell: A (9), W (3), b (3)"),
-    buffer("ghost_sums", Scratch, Squirmers, 44, "sums over the ghosts of each squirmer: 22 wide sums"),
+    buffer("ghost_sums", Scratch, Squirmers, 30, "sums over the ghosts of each squirmer: 15 wide sums"),
     buffer(
         "ghost_motion",
         Derived(&[]),
