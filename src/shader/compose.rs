@@ -25,6 +25,7 @@ const LIBRARY: &[(&str, &str)] = &[
     ("spheroid", include_str!("../../shaders/lib/spheroid.wgsl")),
     ("symmetric", include_str!("../../shaders/lib/symmetric.wgsl")),
     ("wall-impulse", include_str!("../../shaders/lib/wall-impulse.wgsl")),
+    ("workgroup-sum", include_str!("../../shaders/lib/workgroup-sum.wgsl")),
     ("wide", include_str!("../../shaders/lib/wide.wgsl")),
 ];
 
