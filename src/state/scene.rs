@@ -100,6 +100,8 @@ pub struct Scene {
     pub motions: Vec<Motion>,
     /// Per squirmer: steric force and torque.
     pub steric: Vec<Load>,
+    /// Per squirmer: momentum and angular momentum that the fluid handed over in the current step.
+    pub loads: Vec<Load>,
     /// Per squirmer: velocity V + ... that is added to its ghosts (linear, angular).
     pub ghost_motion: Vec<(DVec3, DVec3)>,
     /// Momentum handed to the walls at y = 0 and y = L since the start.
