@@ -3,11 +3,9 @@
 pub mod draws;
 pub mod fixed;
 pub mod flow;
+pub mod linear;
 pub mod rigid;
 pub mod rng;
 pub mod spheroid;
 pub mod steric;
-pub mod linear;
-pub mod rng;
-pub mod spheroid;
 pub mod surface;
