@@ -75,14 +75,9 @@ impl<W: Write + Seek> Track<W> {
         self.checked(Writer::flush)
     }
 
-    /// Writes the summary and the end; returns how many messages there are.
+    /// Writes the summary and the end; returns how many messages there are. The sink's own buffer is its owner's to flush.
     pub fn finish(&mut self) -> Result<u64, SinkError> {
         self.checked(|w| w.finish().map(drop))?;
-        self.checked(|w| {
-            // `finish` leaves its last bytes in the buffer below it.
-            let _ = w;
-            Ok(())
-        })?;
         Ok(self.messages)
     }
 
