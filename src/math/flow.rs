@@ -97,8 +97,8 @@ impl SquirmerFlow {
     fn around_sphere(&self, rho: f64, z: f64) -> (f64, f64) {
         let r = rho.hypot(z);
         let (sin, cos, x) = (rho / r, z / r, self.shape.along / r);
-        let u_r = 2.0 / 3.0 * self.b1 * x.powi(3) * cos
-            + 0.5 * self.b2 * (x.powi(4) - x.powi(2)) * (3.0 * cos * cos - 1.0);
+        let u_r =
+            2.0 / 3.0 * self.b1 * x.powi(3) * cos + 0.5 * self.b2 * (x.powi(4) - x.powi(2)) * (3.0 * cos * cos - 1.0);
         let u_theta = self.b1 / 3.0 * x.powi(3) * sin + self.b2 * x.powi(4) * sin * cos;
         (u_r * sin + u_theta * cos, u_r * cos - u_theta * sin)
     }
@@ -169,7 +169,8 @@ mod tests {
                     let r = point(f.shape, p, factor);
                     let h = 1e-4 * r.length();
                     let axes = [DVec3::X, DVec3::Y, DVec3::Z];
-                    let slope = |a: usize| (f.velocity(r + h * axes[a], AXIS) - f.velocity(r - h * axes[a], AXIS)) / (2.0 * h);
+                    let slope =
+                        |a: usize| (f.velocity(r + h * axes[a], AXIS) - f.velocity(r - h * axes[a], AXIS)) / (2.0 * h);
                     let gradients = [0, 1, 2].map(slope);
                     let divergence = gradients[0].x + gradients[1].y + gradients[2].z;
                     let scale: f64 = gradients.iter().map(|g| g.length()).sum();
@@ -201,7 +202,11 @@ mod tests {
     fn far_field_of_known_aspects() {
         for (aspect, k) in [(1.0, 1.0), (1.5, 0.7132), (2.0, 0.5685), (3.0, 0.4216), (4.0, 0.3466)] {
             let f = SquirmerFlow::new(Spheroid { along: aspect, across: 1.0 }, 1.0, 2.0);
-            assert!((f.far_field() + aspect * aspect * k).abs() < 1e-4 * aspect * aspect, "{aspect}: {}", f.far_field());
+            assert!(
+                (f.far_field() + aspect * aspect * k).abs() < 1e-4 * aspect * aspect,
+                "{aspect}: {}",
+                f.far_field()
+            );
         }
     }
 

@@ -104,12 +104,7 @@ fn maximum(a: DMat3, b: DMat3, r: DVec3) -> f64 {
 pub fn wall_contact(body: &Body, height: f64, inward: DVec3) -> Contact {
     let half = body.shape.half_height(body.axis.dot(inward));
     let touching = body.matrix() * inward / -half;
-    Contact {
-        gap: height - half,
-        by_shift: inward,
-        by_turn_a: DVec3::ZERO,
-        by_turn_b: touching.cross(inward),
-    }
+    Contact { gap: height - half, by_shift: inward, by_turn_a: DVec3::ZERO, by_turn_b: touching.cross(inward) }
 }
 
 /// Whether the two bodies, `r` apart, come closer than `gap`.

@@ -2,11 +2,12 @@
 
 pub mod entry;
 pub mod shift_grid;
+pub mod squirmer_move;
 
 pub use entry::{Entry, Finding, Gravity, Phase, Stage};
 
 /// Every stage, in the order in which a step usually runs them.
-pub const REGISTRY: &[Entry] = &[Entry::of::<shift_grid::ShiftGrid>()];
+pub const REGISTRY: &[Entry] = &[Entry::of::<squirmer_move::SquirmerMove>(), Entry::of::<shift_grid::ShiftGrid>()];
 
 /// The registry entry of this kind.
 #[must_use]
