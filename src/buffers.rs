@@ -15,6 +15,24 @@ pub enum Life {
     Scratch,
 }
 
+shared! {
+    /// What the kernels of a snapshot are told.
+    pub struct MeasureSettings {
+        /// Blocks per axis.
+        blocks: vec3u,
+        /// Cells along the edge of a block.
+        edge: u32,
+        /// Every how manieth particle is taken.
+        stride: u32,
+        /// How many particles are taken.
+        samples: u32,
+        /// Scale of the wide sums.
+        scale: f32,
+        /// Not used.
+        pad: u32,
+    }
+}
+
 /// What a buffer has one element for, and what a kernel has one invocation for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Extent {
@@ -38,6 +56,38 @@ pub enum Extent {
     Bins,
     /// Blocks of 1024 cells in a prefix sum.
     Blocks,
+    /// Blocks over which a snapshot averages its fields.
+    Coarse,
+    /// Fluid particles that a snapshot takes.
+    Samples,
+}
+
+/// What can go wrong inside a kernel: a bit of the first word of `faults`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u32)]
+pub enum Fault {
+    /// A particle is faster than the moment sums allow.
+    Speed = 1,
+    /// A cell holds more contributions than the moment sums allow.
+    Count = 2,
+    /// A sum of squared speeds has wrapped.
+    Energy = 4,
+    /// A steric force, or its sum, left the range of its fixed point.
+    Steric = 8,
+    /// An impulse left the range of its fixed point.
+    Impulse = 16,
+    /// More than seven squirmers are near one cell.
+    Crowded = 32,
+    /// A particle was still inside a squirmer after all its hits and was pushed out.
+    Stuck = 64,
+    /// A velocity is not a number.
+    Nan = 128,
+}
+
+impl Fault {
+    /// Every fault.
+    pub const ALL: &'static [Self] =
+        &[Self::Speed, Self::Count, Self::Energy, Self::Steric, Self::Impulse, Self::Crowded, Self::Stuck, Self::Nan];
 }
 
 /// One buffer of the catalogue.
@@ -211,7 +261,7 @@ const fn buffer(name: &'static str, life: Life, extent: Extent, words: usize, do
     Buffer { name, doc, life, extent, words }
 }
 
-use Extent::{Bins, Blocks, Cells, One, Particles, Species, Squirmers};
+use Extent::{Bins, Blocks, Cells, Coarse, One, Particles, Samples, Species, Squirmers};
 use Life::{Derived, Persistent, Scratch, Setting};
 
 /// Every buffer. `settings` stands for the uniform of the stage that binds it.
@@ -266,7 +316,7 @@ pub const CATALOGUE: &[Buffer] = &[
         "fixed-point sums over each cell: 1, v, |v|^2, x, xx, xv",
     ),
     buffer("operators", Derived(&["moments"]), Cells, 16, "v' = b + A v + W x x of each cell: A (9), W (3), b (3)"),
-    buffer("ghost_sums", Scratch, Squirmers, 44, "sums over the ghosts of each squirmer: 22 wide sums"),
+    buffer("ghost_sums", Scratch, Squirmers, 30, "sums over the ghosts of each squirmer: 15 wide sums"),
     buffer(
         "ghost_motion",
         Derived(&[]),
@@ -281,6 +331,9 @@ pub const CATALOGUE: &[Buffer] = &[
     buffer("block_sums", Scratch, Blocks, 1, "particles per block of cells"),
     buffer("positions_sorted", Scratch, Particles, 3, "positions in their new order"),
     buffer("velocities_sorted", Scratch, Particles, 3, "velocities in their new order"),
+    buffer("totals", Scratch, One, 14, "snapshot: seven wide sums over the fluid"),
+    buffer("fields", Scratch, Coarse, 4, "snapshot: particles and summed velocity of each block"),
+    buffer("samples", Scratch, Samples, 6, "snapshot: positions and velocities of some particles"),
 ];
 
 /// The buffer of this name.
@@ -308,6 +361,10 @@ pub struct Sizes {
     pub box_edge: u64,
     /// Bins of the pair search.
     pub bins: u64,
+    /// Blocks of a snapshot's fields.
+    pub coarse: u64,
+    /// Fluid particles that a snapshot takes.
+    pub samples: u64,
 }
 
 impl Sizes {
@@ -325,6 +382,8 @@ impl Sizes {
             Extent::SquirmerBoxes => self.squirmers * self.box_edge.pow(3),
             Extent::Bins => self.bins,
             Extent::Blocks => self.cells.div_ceil(1024),
+            Extent::Coarse => self.coarse,
+            Extent::Samples => self.samples,
         }
     }
 

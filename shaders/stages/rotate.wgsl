@@ -1,1 +1,51 @@
-// rotate
+// rotate: velocities relative to the cell's mean turn about a random axis (Malevanets and Kapral 1999): A = R, W = 0.
+//!include dispatch
+//!include rng
+//!include moments-load
+//!include operator-store
+
+@group(0) @binding(0) var<uniform> system: SystemUniform;
+@group(0) @binding(1) var<uniform> settings: RotateSettings;
+@group(0) @binding(2) var<storage, read> moments: array<u32>;
+@group(0) @binding(3) var<storage, read_write> operators: array<f32>;
+@group(0) @binding(4) var<storage, read_write> faults: array<atomic<u32>>;
+var<immediate> now: Now;
+
+@compute @workgroup_size(WORKGROUP)
+fn rotate(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+    let cell = invocation(group, groups, lane);
+    if cell >= system.cell_count {
+        return;
+    }
+    let m = moments_at(cell);
+    if m.faults != 0u {
+        atomicOr(&faults[0], m.faults);
+    }
+    var o = no_collision();
+    if m.count >= 2.0 {
+        o = rotation(random_axis(cell));
+        let vc = vec3<f32>(divide(m.v.x, m.count), divide(m.v.y, m.count), divide(m.v.z, m.count));
+        o.b = centred(o, vc, vec3<f32>(0.0));
+    }
+    store_operator(cell, o);
+}
+
+// Uniform on the unit sphere.
+fn random_axis(cell: u32) -> vec3<f32> {
+    let u = uniforms(PURPOSE_AXIS, cell, 0u, 0u);
+    let z = fma(2.0, u.x, -1.0);
+    let r = sqrt(max(0.0, fma(-z, z, 1.0)));
+    return unit_vector(vec3<f32>(r * cos(TAU * u.y), r * sin(TAU * u.y), z));
+}
+
+// Rodrigues: R = c 1 + s [e]x + (1 - c) e e^T.
+fn rotation(e: vec3<f32>) -> Operator {
+    let c = settings.cos;
+    let f = e * settings.one_minus_cos;
+    let g = e * settings.sin;
+    var o = no_collision();
+    o.a[0] = vec3<f32>(fma(f.x, e.x, c), fma(f.x, e.y, -g.z), fma(f.x, e.z, g.y));
+    o.a[1] = vec3<f32>(fma(f.y, e.x, g.z), fma(f.y, e.y, c), fma(f.y, e.z, -g.x));
+    o.a[2] = vec3<f32>(fma(f.z, e.x, -g.y), fma(f.z, e.y, g.x), fma(f.z, e.z, c));
+    return o;
+}

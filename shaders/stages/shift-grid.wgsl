@@ -2,6 +2,7 @@
 //!include rng
 
 @group(0) @binding(0) var<uniform> system: SystemUniform;
+var<immediate> now: Now;
 @group(0) @binding(1) var<storage, read_write> shift: array<u32>;
 
 @compute @workgroup_size(1)

@@ -1,1 +1,301 @@
-// squirmer-collide
+// squirmer-collide: particles that met a squirmer during the step follow their path again with the squirmers in the way. Each hit
+// is found exactly in the moving body's frame; the particle bounces off the surface's velocity and the body takes the momentum.
+//!include dispatch
+//!include cells
+//!include particles
+//!include path
+//!include spheroid
+//!include absorb
+//!include wall-impulse
+
+@group(0) @binding(0) var<uniform> system: SystemUniform;
+@group(0) @binding(1) var<uniform> settings: SquirmerCollideSettings;
+@group(0) @binding(2) var<storage, read_write> positions: array<u32>;
+@group(0) @binding(3) var<storage, read_write> velocities: array<f32>;
+@group(0) @binding(4) var<storage, read> species: array<SpeciesUniform>;
+@group(0) @binding(5) var<storage, read_write> squirmers: array<SquirmerState>;
+@group(0) @binding(6) var<storage, read_write> squirmer_map: array<atomic<u32>>;
+@group(0) @binding(7) var<storage, read_write> impulses: array<atomic<u32>>;
+@group(0) @binding(8) var<storage, read_write> fluid_force: array<f32>;
+@group(0) @binding(9) var<storage, read_write> wall_impulses: array<atomic<u32>>;
+@group(0) @binding(10) var<storage, read_write> faults: array<atomic<u32>>;
+
+const MAP_WORDS: u32 = 8u;
+const MAP_SLOTS: u32 = 7u;
+// Particles leave a surface this much outside, relative to the semi-axes: more than f32 rounding, far less than a mean free path.
+const OUTSIDE: f32 = 1.00001;
+
+@compute @workgroup_size(WORKGROUP)
+fn clear_map(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+    let cell = invocation(group, groups, lane);
+    if cell < system.cell_count {
+        atomicStore(&squirmer_map[cell * MAP_WORDS], 0u);
+    }
+}
+
+// Every cell that a point within `margin` of the squirmer can lie in names the squirmer.
+@compute @workgroup_size(WORKGROUP)
+fn mark_map(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+    let k = invocation(group, groups, lane);
+    let edge = system.box_edge;
+    let i = k / (edge * edge * edge);
+    if i >= system.squirmer_count {
+        return;
+    }
+    let local = vec3<u32>(k % edge, (k / edge) % edge, (k / (edge * edge)) % edge);
+    // In a box smaller than the squirmer's box each cell is visited once.
+    if any(local >= system.size) {
+        return;
+    }
+    let centre = squirmers[i].position;
+    let c = vec3<i32>(
+        i32(split(centre.x, system.period.x).x),
+        i32(split(centre.y, system.period.y).x),
+        i32(split(centre.z, system.period.z).x),
+    ) + vec3<i32>(local) - vec3<i32>(i32(edge / 2u));
+    let size = vec3<i32>(system.size);
+    if system.walled == 1u && (c.y < 0 || c.y >= size.y) {
+        return;
+    }
+    let cell = (c + 2 * size) % size;
+    // From the squirmer's centre to the cell's centre.
+    let half = vec3<u32>(to_units(vec3<f32>(cell) + 0.5));
+    let d = separation(half, centre);
+    let kind = species[squirmers[i].species];
+    // A plane that touches the spheroid and has the cell's centre beyond it proves a distance (support function).
+    let p = turn_back(squirmers[i].orientation, d);
+    let b = semi_axes(kind);
+    if dot(p / b, p / b) > 1.0 {
+        let n = normalize(p / (b * b));
+        if dot(n, p) - length(b * n) > settings.margin + 0.8661 {
+            return;
+        }
+    }
+    let word = cell_index(vec3<u32>(cell)) * MAP_WORDS;
+    let slot = atomicAdd(&squirmer_map[word], 1u);
+    if slot < MAP_SLOTS {
+        atomicStore(&squirmer_map[word + 1u + slot], i);
+    } else {
+        atomicOr(&faults[0], FAULT_CROWDED);
+    }
+}
+
+fn cell_of(position: vec3<u32>) -> u32 {
+    return locate(position, vec3<u32>(0u)).cell;
+}
+
+fn neighbours(cell: u32) -> u32 {
+    return min(atomicLoad(&squirmer_map[cell * MAP_WORDS]), MAP_SLOTS);
+}
+
+// The next thing that happens on a path.
+struct Event {
+    // Share of the remaining path after which it happens; above 1: nothing happens.
+    share: f32,
+    squirmer: u32,
+    // Contact in body coordinates scaled to the unit sphere.
+    contact: vec3<f32>,
+    // The path began inside: the particle is put onto the surface and bounces only if it moves inwards.
+    inside: bool,
+}
+
+// Pose of a squirmer at a share of the step.
+struct Pose {
+    // From where the squirmer began the step, in cells.
+    moved: vec3<f32>,
+    orientation: vec4<f32>,
+}
+
+fn pose_at(i: u32, share: f32) -> Pose {
+    var p: Pose;
+    p.moved = separation(squirmers[i].position, squirmers[i].position_before) * share;
+    let a = squirmers[i].orientation_before;
+    let b = squirmers[i].orientation;
+    let near = select(b, -b, dot(a, b) < 0.0);
+    p.orientation = normalize(mix(a, near, share));
+    return p;
+}
+
+fn earlier(e: Event, p: vec3<f32>, q: vec3<f32>, i: u32) -> Event {
+    let cc = dot3(p, p) - 1.0;
+    if cc < 0.0 {
+        // Inside already: at once.
+        if e.share > 0.0 || i < e.squirmer {
+            return Event(0.0, i, p, true);
+        }
+        return e;
+    }
+    let d = q - p;
+    let a = dot3(d, d);
+    let b = dot3(p, d);
+    let discriminant = fma(b, b, -a * cc);
+    if b >= 0.0 || discriminant <= 0.0 {
+        return e;
+    }
+    let share = cc / (sqrt(discriminant) - b);
+    if share <= 1.0 && (share < e.share || (share == e.share && i < e.squirmer)) {
+        return Event(share, i, p + share * d, false);
+    }
+    return e;
+}
+
+// The first meeting with a squirmer listed in `cell` on the straight path of `velocity` for `rest`, begun at `elapsed` of the step.
+fn first_hit(found: Event, cell: u32, start: Path, rest: f32) -> Event {
+    var e = found;
+    let elapsed = 1.0 - rest / system.dt;
+    for (var k = 0u; k < neighbours(cell); k++) {
+        let i = atomicLoad(&squirmer_map[cell * MAP_WORDS + 1u + k]);
+        let b = semi_axes(species[squirmers[i].species]);
+        let origin = separation(start.position, squirmers[i].position_before);
+        let first = pose_at(i, elapsed);
+        let last = pose_at(i, 1.0);
+        let p = turn_back(first.orientation, origin - first.moved) / b;
+        let q = turn_back(last.orientation, origin + start.velocity * rest - last.moved) / b;
+        e = earlier(e, p, q, i);
+    }
+    return e;
+}
+
+// Puts the particle at the contact and gives it the velocity v' = 2 u_s - v (Theers et al. 2016); the squirmer takes v - v'.
+fn bounce(start: Path, e: Event, elapsed: f32) -> Path {
+    var p = start;
+    let i = e.squirmer;
+    let kind = species[squirmers[i].species];
+    let b = semi_axes(kind);
+    let pose = pose_at(i, elapsed);
+    let body = normalize(e.contact) * b;
+    let s = turn(pose.orientation, body);
+    p.position = squirmers[i].position_before + to_units(pose.moved + OUTSIDE * s);
+    let surface = squirmers[i].drift + cross3(squirmers[i].spin, s) + turn(pose.orientation, slip(kind, body));
+    let inwards = dot(p.velocity - surface, turn(pose.orientation, body / (b * b))) < 0.0;
+    if inwards || !e.inside {
+        let v = p.velocity;
+        p.velocity = 2.0 * surface - v;
+        let j = v - p.velocity;
+        add_impulse(i, j, cross3(s, j));
+    }
+    return p;
+}
+
+// A particle still inside a squirmer at the end of the step is put onto the surface.
+fn expel(start: Path, cell: u32) -> Path {
+    var p = start;
+    for (var k = 0u; k < neighbours(cell); k++) {
+        let i = atomicLoad(&squirmer_map[cell * MAP_WORDS + 1u + k]);
+        let b = semi_axes(species[squirmers[i].species]);
+        let r = turn_back(squirmers[i].orientation, separation(p.position, squirmers[i].position)) / b;
+        if dot3(r, r) < 1.0 {
+            let s = turn(squirmers[i].orientation, normalize(r) * b);
+            p.position = squirmers[i].position + to_units(OUTSIDE * s);
+        }
+    }
+    return p;
+}
+
+fn inside_any(p: Path) -> bool {
+    let cell = cell_of(p.position);
+    for (var k = 0u; k < neighbours(cell); k++) {
+        let i = atomicLoad(&squirmer_map[cell * MAP_WORDS + 1u + k]);
+        let b = semi_axes(species[squirmers[i].species]);
+        let r = turn_back(squirmers[i].orientation, separation(p.position, squirmers[i].position)) / b;
+        if dot3(r, r) < 1.0 {
+            return true;
+        }
+    }
+    return false;
+}
+
+@compute @workgroup_size(WORKGROUP)
+fn collide(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+    let k = invocation(group, groups, lane);
+    if k >= system.particle_count {
+        return;
+    }
+    let kick = system.acceleration * (0.5 * system.dt);
+    let end = Path(position_at(k), velocity_at(k) - kick, vec3<f32>(0.0), vec3<f32>(0.0));
+    let begin = fly(end, -system.dt);
+    if neighbours(cell_of(end.position)) == 0u && neighbours(cell_of(begin.position)) == 0u {
+        return;
+    }
+    let p = follow(begin, k);
+    if !p.met {
+        return;
+    }
+    let v = p.path.velocity + kick;
+    for (var axis = 0u; axis < 3u; axis++) {
+        positions[3u * k + axis] = p.path.position[axis];
+        velocities[3u * k + axis] = v[axis];
+    }
+    if any(p.path.low != vec3<f32>(0.0)) {
+        add_wall_impulse(k / WORKGROUP, 0u, p.path.low);
+    }
+    if any(p.path.high != vec3<f32>(0.0)) {
+        add_wall_impulse(k / WORKGROUP, 1u, p.path.high);
+    }
+}
+
+struct Followed {
+    path: Path,
+    // It met a squirmer; otherwise the free flight already done stands.
+    met: bool,
+}
+
+// The whole step again, event by event, always the earliest first.
+fn follow(begin: Path, k: u32) -> Followed {
+    var out = Followed(begin, false);
+    var rest = system.dt;
+    for (var hit = 0u; hit < settings.max_hits; hit++) {
+        let displacement = out.path.velocity * rest;
+        let wall = wall_share(out.path.position.y, displacement.y);
+        var e = Event(2.0, 0xffffffffu, vec3<f32>(0.0), false);
+        e = first_hit(e, cell_of(out.path.position), out.path, rest);
+        let end = out.path.position + to_units(displacement * min(wall, 1.0));
+        e = first_hit(e, cell_of(vec3<u32>(end.x, select(end.y, out.path.position.y, beyond_wall(end.y)), end.z)), out.path, rest);
+        if e.share > 1.0 && wall > 1.0 {
+            out.path.position += to_units(displacement);
+            rest = 0.0;
+            break;
+        }
+        if wall < e.share {
+            out.path.position += to_units(displacement * wall);
+            out.path = reflect_at_wall(out.path, displacement.y);
+            rest = fma(-wall, rest, rest);
+        } else {
+            rest = fma(-e.share, rest, rest);
+            out.path = bounce(out.path, e, 1.0 - rest / system.dt);
+            out.met = true;
+        }
+        if rest <= 0.0 {
+            break;
+        }
+    }
+    return settle(out, rest);
+}
+
+// Whatever is left after the allowed number of hits is not flown; nothing may stay inside a squirmer or behind a wall.
+fn settle(followed: Followed, rest: f32) -> Followed {
+    var out = followed;
+    if rest > 0.0 {
+        out.met = true;
+    }
+    for (var attempt = 0; attempt < 4 && inside_any(out.path); attempt++) {
+        out.path = expel(out.path, cell_of(out.path.position));
+        out.met = true;
+        if beyond_wall(out.path.position.y) {
+            out.path.position.y = select(0u, 0x7fffffffu, out.path.position.y < 0xc0000000u);
+        }
+    }
+    if inside_any(out.path) {
+        atomicOr(&faults[0], FAULT_STUCK);
+    }
+    return out;
+}
+
+// The squirmers take up what their hits gave them.
+@compute @workgroup_size(WORKGROUP)
+fn absorb(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+    let i = invocation(group, groups, lane);
+    if i < system.squirmer_count {
+        absorb_impulse(i, true);
+    }
+}

@@ -1,1 +1,177 @@
-// squirmer-fill
+// squirmer-fill: ghost particles inside the squirmers take part in the collision, so that the fluid meets a full cell moving with
+// the surface (Theers et al. 2016). Ghosts are drawn in registers from counters and never stored.
+//!include dispatch
+//!include cells
+//!include ghosts
+//!include deposit
+//!include operator-load
+//!include absorb
+//!include symmetric
+//!include workgroup-sum
+
+@group(0) @binding(0) var<uniform> system: SystemUniform;
+@group(0) @binding(1) var<uniform> settings: SquirmerFillSettings;
+@group(0) @binding(2) var<storage, read> species: array<SpeciesUniform>;
+@group(0) @binding(3) var<storage, read_write> squirmers: array<SquirmerState>;
+@group(0) @binding(4) var<storage, read_write> ghost_sums: array<atomic<u32>>;
+@group(0) @binding(5) var<storage, read_write> ghost_motion: array<f32>;
+@group(0) @binding(6) var<storage, read> shift: array<u32>;
+@group(0) @binding(7) var<storage, read_write> moments: array<atomic<u32>>;
+@group(0) @binding(8) var<storage, read> operators: array<f32>;
+@group(0) @binding(9) var<storage, read_write> impulses: array<atomic<u32>>;
+@group(0) @binding(10) var<storage, read_write> fluid_force: array<f32>;
+@group(0) @binding(11) var<storage, read_write> faults: array<atomic<u32>>;
+var<immediate> now: Now;
+
+// Sums over a squirmer's ghosts: 0-2 s, 3-5 v, 6-8 s x v, 9-11 xx yy zz, 12-14 xy xz yz of s s^T; wide.
+const SUM_WORDS: u32 = 30u;
+const SUM_SCALE: f32 = 262144.0;
+
+@compute @workgroup_size(WORKGROUP)
+fn clear_sums(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+    let i = invocation(group, groups, lane);
+    if i >= system.squirmer_count {
+        return;
+    }
+    for (var k = 0u; k < SUM_WORDS; k++) {
+        atomicStore(&ghost_sums[i * SUM_WORDS + k], 0u);
+    }
+}
+
+// The ghosts of one workgroup belong to one squirmer: ghost_stride is a multiple of the workgroup's size.
+@compute @workgroup_size(WORKGROUP)
+fn sum(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+    clear_sums_of_workgroup(lane);
+    let first = invocation(group, groups, 0u);
+    let i = first / system.ghost_stride;
+    let index = first % system.ghost_stride + lane;
+    if i < system.squirmer_count {
+        let kind = species[squirmers[i].species];
+        if index < kind.ghosts && settings.equipartition == 1u {
+            let g = ghost(i, index, kind, squirmers[i].orientation);
+            let spin = cross3(g.s, g.random);
+            for (var k = 0u; k < 3u; k++) {
+                collect(k, i32(round(g.s[k] * SUM_SCALE)));
+                collect(3u + k, i32(round(g.random[k] * SUM_SCALE)));
+                collect(6u + k, i32(round(spin[k] * SUM_SCALE)));
+                collect(9u + k, i32(round(g.s[k] * g.s[k] * SUM_SCALE)));
+            }
+            collect(12u, i32(round(g.s.x * g.s.y * SUM_SCALE)));
+            collect(13u, i32(round(g.s.x * g.s.z * SUM_SCALE)));
+            collect(14u, i32(round(g.s.y * g.s.z * SUM_SCALE)));
+        }
+    }
+    workgroupBarrier();
+    if lane < WORKGROUP_SUMS && i < system.squirmer_count {
+        let share = collected(lane);
+        let word = i * SUM_WORDS + 2u * lane;
+        let old = atomicAdd(&ghost_sums[word], share.x);
+        atomicAdd(&ghost_sums[word + 1u], share.y + select(0u, 1u, old + share.x < old));
+    }
+}
+
+fn ghost_sum(i: u32, sum: u32) -> f32 {
+    let word = i * SUM_WORDS + 2u * sum;
+    return wide_value(atomicLoad(&ghost_sums[word]), atomicLoad(&ghost_sums[word + 1u])) / SUM_SCALE;
+}
+
+fn ghost_sum3(i: u32, sum: u32) -> vec3<f32> {
+    return vec3<f32>(ghost_sum(i, sum), ghost_sum(i, sum + 1u), ghost_sum(i, sum + 2u));
+}
+
+// The rigid motion added to the ghosts: that of the squirmer, less, for equipartition, the rigid part of their random velocities.
+@compute @workgroup_size(WORKGROUP)
+fn prepare(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+    let i = invocation(group, groups, lane);
+    if i >= system.squirmer_count {
+        return;
+    }
+    let kind = species[squirmers[i].species];
+    var linear = squirmers[i].velocity;
+    var angular = angular_velocity(kind, squirmers[i].orientation, squirmers[i].angular_momentum);
+    if settings.equipartition == 1u {
+        let n = f32(kind.ghosts);
+        let s = ghost_sum3(i, 0u) / n;
+        let v = ghost_sum3(i, 3u) / n;
+        let l = ghost_sum3(i, 6u) - n * cross3(s, v);
+        var c: Symmetric;
+        c.diagonal = ghost_sum3(i, 9u) - n * s * s;
+        c.mixed = ghost_sum3(i, 12u) - n * vec3<f32>(s.x * s.y, s.x * s.z, s.y * s.z);
+        var inertia: Symmetric;
+        inertia.diagonal = vec3<f32>(c.diagonal.x + c.diagonal.y + c.diagonal.z) - c.diagonal;
+        inertia.mixed = -c.mixed;
+        let spin = solve_refined(factorise(inertia, 1e-6 * n), inertia, l);
+        linear -= v - cross3(spin, s);
+        angular -= spin;
+    }
+    for (var k = 0u; k < 3u; k++) {
+        ghost_motion[8u * i + k] = linear[k];
+        ghost_motion[8u * i + 4u + k] = angular[k];
+    }
+}
+
+fn moving_ghost(i: u32, g: Ghost) -> vec3<f32> {
+    let linear = vec3<f32>(ghost_motion[8u * i], ghost_motion[8u * i + 1u], ghost_motion[8u * i + 2u]);
+    let angular = vec3<f32>(ghost_motion[8u * i + 4u], ghost_motion[8u * i + 5u], ghost_motion[8u * i + 6u]);
+    return linear + cross3(angular, g.s) + g.slip + g.random;
+}
+
+fn ghost_place(i: u32, g: Ghost) -> Place {
+    return locate(squirmers[i].position + to_units(g.s), vec3<u32>(shift[0], shift[1], shift[2]));
+}
+
+@compute @workgroup_size(WORKGROUP)
+fn fill(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+    let first = invocation(group, groups, 0u);
+    let i = first / system.ghost_stride;
+    let index = first % system.ghost_stride + lane;
+    if i >= system.squirmer_count {
+        return;
+    }
+    let kind = species[squirmers[i].species];
+    if index >= kind.ghosts {
+        return;
+    }
+    let g = ghost(i, index, kind, squirmers[i].orientation);
+    let place = ghost_place(i, g);
+    deposit(place.cell, place.offset, moving_ghost(i, g));
+}
+
+// The momentum that the ghosts gain in the collision is the squirmer's.
+@compute @workgroup_size(WORKGROUP)
+fn receive(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+    clear_sums_of_workgroup(lane);
+    let first = invocation(group, groups, 0u);
+    let i = first / system.ghost_stride;
+    let index = first % system.ghost_stride + lane;
+    if i < system.squirmer_count {
+        let kind = species[squirmers[i].species];
+        if index < kind.ghosts {
+            let g = ghost(i, index, kind, squirmers[i].orientation);
+            let place = ghost_place(i, g);
+            let v = moving_ghost(i, g);
+            let gain = collided(operator_at(place.cell), place.offset, v) - v;
+            let force = impulse_fixed(gain, FORCE_SCALE);
+            let torque = impulse_fixed(cross3(g.s, gain), TORQUE_SCALE);
+            for (var k = 0u; k < 3u; k++) {
+                collect(k, force[k]);
+                collect(3u + k, torque[k]);
+            }
+        }
+    }
+    workgroupBarrier();
+    if lane < 6u && i < system.squirmer_count {
+        let share = collected(lane);
+        let word = i * IMPULSE_WORDS + 2u * lane;
+        let old = atomicAdd(&impulses[word], share.x);
+        atomicAdd(&impulses[word + 1u], share.y + select(0u, 1u, old + share.x < old));
+    }
+}
+
+@compute @workgroup_size(WORKGROUP)
+fn absorb(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+    let i = invocation(group, groups, lane);
+    if i < system.squirmer_count {
+        absorb_impulse(i, false);
+    }
+}

@@ -1,1 +1,32 @@
-// stream
+// stream: free flight for one time step, half a kick of the body force before and after, reflection at walls.
+//!include dispatch
+//!include cells
+//!include particles
+//!include path
+//!include wall-impulse
+
+@group(0) @binding(0) var<uniform> system: SystemUniform;
+@group(0) @binding(1) var<storage, read_write> positions: array<u32>;
+@group(0) @binding(2) var<storage, read_write> velocities: array<f32>;
+@group(0) @binding(3) var<storage, read_write> wall_impulses: array<atomic<u32>>;
+
+@compute @workgroup_size(WORKGROUP)
+fn stream(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+    let i = invocation(group, groups, lane);
+    if i >= system.particle_count {
+        return;
+    }
+    let kick = system.acceleration * (0.5 * system.dt);
+    let p = fly(Path(position_at(i), velocity_at(i) + kick, vec3<f32>(0.0), vec3<f32>(0.0)), system.dt);
+    let v = p.velocity + kick;
+    for (var k = 0u; k < 3u; k++) {
+        positions[3u * i + k] = p.position[k];
+        velocities[3u * i + k] = v[k];
+    }
+    if any(p.low != vec3<f32>(0.0)) {
+        add_wall_impulse(i / WORKGROUP, 0u, p.low);
+    }
+    if any(p.high != vec3<f32>(0.0)) {
+        add_wall_impulse(i / WORKGROUP, 1u, p.high);
+    }
+}

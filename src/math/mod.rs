@@ -2,7 +2,10 @@
 
 pub mod draws;
 pub mod fixed;
+pub mod flow;
 pub mod linear;
+pub mod rigid;
 pub mod rng;
 pub mod spheroid;
+pub mod steric;
 pub mod surface;

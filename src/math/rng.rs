@@ -34,7 +34,7 @@ pub fn threefry(counter: [u32; 4], key: [u32; 4]) -> [u32; 4] {
     x
 }
 
-/// What a random number is for: part of its key, so that no two uses ever share one. `shaders/lib/rng.wgsl` has the same list.
+/// What a random number is for: part of its key, so that no two uses ever share one. The shaders' constants are made from it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Purpose {
@@ -50,6 +50,12 @@ pub enum Purpose {
     SquirmerGhost = 5,
     /// The start of the run, drawn on the host.
     Start = 6,
+}
+
+impl Purpose {
+    /// Every purpose.
+    pub const ALL: &'static [Self] =
+        &[Self::Shift, Self::Axis, Self::Thermostat, Self::WallGhost, Self::SquirmerGhost, Self::Start];
 }
 
 /// Random numbers of one (seed, purpose, step).

@@ -1,1 +1,105 @@
 //! Composition of one WGSL module from a stage's file, the library files it includes and the structs it shares with Rust.
+
+use super::Shared;
+use crate::buffers::{Fault, Now, SpeciesUniform, SquirmerState, SystemUniform};
+use crate::math::rng::Purpose;
+use std::fmt::Write as _;
+
+/// The library: pure functions, and functions over buffers that the including file binds.
+const LIBRARY: &[(&str, &str)] = &[
+    ("absorb", include_str!("../../shaders/lib/absorb.wgsl")),
+    ("cells", include_str!("../../shaders/lib/cells.wgsl")),
+    ("deposit", include_str!("../../shaders/lib/deposit.wgsl")),
+    ("dispatch", include_str!("../../shaders/lib/dispatch.wgsl")),
+    ("exact", include_str!("../../shaders/lib/exact.wgsl")),
+    ("ghosts", include_str!("../../shaders/lib/ghosts.wgsl")),
+    ("impulse", include_str!("../../shaders/lib/impulse.wgsl")),
+    ("moments", include_str!("../../shaders/lib/moments.wgsl")),
+    ("moments-load", include_str!("../../shaders/lib/moments-load.wgsl")),
+    ("operator", include_str!("../../shaders/lib/operator.wgsl")),
+    ("operator-load", include_str!("../../shaders/lib/operator-load.wgsl")),
+    ("operator-store", include_str!("../../shaders/lib/operator-store.wgsl")),
+    ("particles", include_str!("../../shaders/lib/particles.wgsl")),
+    ("path", include_str!("../../shaders/lib/path.wgsl")),
+    ("rng", include_str!("../../shaders/lib/rng.wgsl")),
+    ("spheroid", include_str!("../../shaders/lib/spheroid.wgsl")),
+    ("symmetric", include_str!("../../shaders/lib/symmetric.wgsl")),
+    ("wall-impulse", include_str!("../../shaders/lib/wall-impulse.wgsl")),
+    ("workgroup-sum", include_str!("../../shaders/lib/workgroup-sum.wgsl")),
+    ("wide", include_str!("../../shaders/lib/wide.wgsl")),
+];
+
+/// An include that the library does not have.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("`//!include {0}` names no file of shaders/lib")]
+pub struct UnknownInclude(pub String);
+
+/// The complete WGSL text of a module: shared structs, constants, each included library file once, then `text`.
+///
+/// # Errors
+/// If `text`, or a file it includes, includes a file that the library does not have.
+pub fn compose(text: &str, settings: &str) -> Result<String, UnknownInclude> {
+    let mut module = String::new();
+    for declaration in [SystemUniform::WGSL, SquirmerState::WGSL, SpeciesUniform::WGSL, Now::WGSL, settings] {
+        module.push_str(declaration);
+    }
+    for purpose in Purpose::ALL {
+        let _ = writeln!(module, "const PURPOSE_{}: u32 = {}u;", constant(&format!("{purpose:?}")), *purpose as u32);
+    }
+    for fault in Fault::ALL {
+        let _ = writeln!(module, "const FAULT_{}: u32 = {}u;", constant(&format!("{fault:?}")), *fault as u32);
+    }
+    let mut included = Vec::new();
+    include(text, &mut included, &mut module)?;
+    Ok(module)
+}
+
+fn include(text: &str, included: &mut Vec<String>, module: &mut String) -> Result<(), UnknownInclude> {
+    for name in text.lines().filter_map(|line| line.strip_prefix("//!include ")).map(str::trim) {
+        if included.iter().any(|n| n == name) {
+            continue;
+        }
+        let (_, file) = LIBRARY.iter().find(|(n, _)| *n == name).ok_or_else(|| UnknownInclude(name.to_owned()))?;
+        included.push(name.to_owned());
+        include(file, included, module)?;
+    }
+    module.push_str(text);
+    module.push('\n');
+    Ok(())
+}
+
+/// `WallGhost` becomes `WALL_GHOST`.
+fn constant(camel: &str) -> String {
+    let mut out = String::new();
+    for (i, c) in camel.chars().enumerate() {
+        if c.is_uppercase() && i > 0 {
+            out.push('_');
+        }
+        out.extend(c.to_uppercase());
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_file_is_included_once() {
+        let module =
+            compose("//!include rng\n//!include rng\n//!include ghosts\nfn f() {}\n", "").expect("known includes");
+        assert_eq!(module.matches("fn threefry(").count(), 1);
+        assert!(module.ends_with("fn f() {}\n\n"));
+    }
+
+    #[test]
+    fn an_unknown_include_is_named() {
+        assert_eq!(compose("//!include nowhere\n", ""), Err(UnknownInclude("nowhere".into())));
+    }
+
+    #[test]
+    fn constants_follow_the_enums() {
+        assert_eq!(constant("WallGhost"), "WALL_GHOST");
+        assert!(compose("", "").expect("no includes").contains("const PURPOSE_WALL_GHOST: u32 = 4u;"));
+    }
+}

@@ -4,4 +4,6 @@ pub mod compose;
 pub mod reflect;
 pub mod shared;
 
+pub use compose::compose;
+pub use reflect::{Access, Binding, Module, ShaderError};
 pub use shared::Shared;

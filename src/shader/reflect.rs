@@ -1,1 +1,173 @@
 //! Reflection of a composed module through naga: what each entry point reads and writes.
+
+use super::compose::{UnknownInclude, compose};
+use crate::buffers;
+use crate::stages::Entry;
+
+/// How an entry point uses a buffer. Atomic operations that return or add count as both; an atomic store only writes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Access {
+    /// Its former content matters.
+    pub read: bool,
+    /// Its content changes.
+    pub write: bool,
+}
+
+/// One buffer as an entry point binds it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Binding {
+    /// Name in the catalogue.
+    pub name: String,
+    /// `@group`.
+    pub group: u32,
+    /// `@binding`.
+    pub binding: u32,
+    /// What the entry point does with it.
+    pub access: Access,
+    /// A uniform, not a storage buffer.
+    pub uniform: bool,
+    /// Declared `read_write`.
+    pub writable: bool,
+}
+
+/// A composed and validated module.
+#[derive(Debug, Clone)]
+pub struct Module {
+    /// The complete WGSL text.
+    pub text: String,
+    entries: Vec<(String, Vec<Binding>)>,
+}
+
+/// Why a module could not be made.
+#[derive(Debug, Clone, thiserror::Error)]
+pub enum ShaderError {
+    /// See [`UnknownInclude`].
+    #[error(transparent)]
+    Include(#[from] UnknownInclude),
+    /// The text is not valid WGSL.
+    #[error("{kind}: {message}")]
+    Invalid {
+        /// The stage.
+        kind: String,
+        /// naga's message with the place.
+        message: String,
+    },
+    /// A variable's name is not in the catalogue of buffers.
+    #[error("{kind}: `{name}` is bound, but the catalogue has no buffer of this name")]
+    UnknownBuffer {
+        /// The stage.
+        kind: String,
+        /// The variable.
+        name: String,
+    },
+}
+
+impl Module {
+    /// Composes, validates and reflects the module of a stage.
+    ///
+    /// # Errors
+    /// If the module is not valid WGSL or binds something that the catalogue does not have.
+    pub fn of(entry: &Entry) -> Result<Self, ShaderError> {
+        Self::new(entry.kind, entry.wgsl, entry.uniform_wgsl)
+    }
+
+    /// The same for any text; `kind` is for messages.
+    ///
+    /// # Errors
+    /// See [`Module::of`].
+    pub fn new(kind: &str, wgsl: &str, settings: &str) -> Result<Self, ShaderError> {
+        let text = compose(wgsl, settings)?;
+        let invalid = |message: String| ShaderError::Invalid { kind: kind.to_owned(), message };
+        let module = naga::front::wgsl::parse_str(&text).map_err(|e| invalid(e.emit_to_string(&text)))?;
+        let info = naga::valid::Validator::new(naga::valid::ValidationFlags::all(), naga::valid::Capabilities::all())
+            .validate(&module)
+            .map_err(|e| invalid(e.emit_to_string(&text)))?;
+        let mut entries = Vec::new();
+        for (index, entry) in module.entry_points.iter().enumerate() {
+            let uses = info.get_entry_point(index);
+            let mut bindings = Vec::new();
+            for (handle, variable) in module.global_variables.iter() {
+                let (Some(place), usage) = (variable.binding, uses[handle]) else { continue };
+                if usage.is_empty() {
+                    continue;
+                }
+                let name = variable.name.clone().unwrap_or_default();
+                if buffers::find(&name).is_none() {
+                    return Err(ShaderError::UnknownBuffer { kind: kind.to_owned(), name });
+                }
+                let atomic = usage.contains(naga::valid::GlobalUse::ATOMIC);
+                bindings.push(Binding {
+                    name,
+                    group: place.group,
+                    binding: place.binding,
+                    access: Access {
+                        read: atomic || usage.contains(naga::valid::GlobalUse::READ),
+                        write: atomic || usage.contains(naga::valid::GlobalUse::WRITE),
+                    },
+                    uniform: variable.space == naga::AddressSpace::Uniform,
+                    writable: matches!(variable.space, naga::AddressSpace::Storage { access } if access.contains(naga::StorageAccess::STORE)),
+                });
+            }
+            bindings.sort_by_key(|b| (b.group, b.binding));
+            entries.push((entry.name.clone(), bindings));
+        }
+        Ok(Self { text, entries })
+    }
+
+    /// What an entry point binds; empty if there is none of this name.
+    #[must_use]
+    pub fn bindings(&self, entry_point: &str) -> &[Binding] {
+        self.entries.iter().find(|(n, _)| n == entry_point).map_or(&[], |(_, b)| b)
+    }
+
+    /// Names of the entry points.
+    pub fn entry_points(&self) -> impl Iterator<Item = &str> {
+        self.entries.iter().map(|(n, _)| n.as_str())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::stages::REGISTRY;
+
+    #[test]
+    fn every_stage_composes_and_has_its_entry_points() {
+        for entry in REGISTRY {
+            let module = Module::of(entry).unwrap_or_else(|e| panic!("{e}"));
+            for phase in entry.phases.iter().chain(entry.receive) {
+                assert!(
+                    module.entry_points().any(|n| n == phase.entry),
+                    "{}: no entry point `{}`",
+                    entry.kind,
+                    phase.entry
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn access_tells_reads_from_writes() {
+        let text = "
+            @group(0) @binding(0) var<storage, read_write> moments: array<atomic<u32>>;
+            @group(0) @binding(1) var<storage, read> positions: array<u32>;
+            @compute @workgroup_size(1) fn clear() { atomicStore(&moments[0], 0u); }
+            @compute @workgroup_size(1) fn add() { atomicAdd(&moments[0], positions[0]); }";
+        let module = Module::new("test", text, "").expect("valid");
+        let clear = module.bindings("clear");
+        assert_eq!(clear.len(), 1);
+        assert_eq!(clear[0].access, Access { read: false, write: true });
+        let add = module.bindings("add");
+        assert_eq!(add[0].access, Access { read: true, write: true });
+        assert_eq!(add[1].access, Access { read: true, write: false });
+    }
+
+    #[test]
+    fn a_variable_outside_the_catalogue_is_refused() {
+        let text = "@group(0) @binding(0) var<storage, read> nonsense: array<u32>;
+            @compute @workgroup_size(1) fn f() { _ = nonsense[0]; }";
+        assert!(
+            matches!(Module::new("test", text, ""), Err(ShaderError::UnknownBuffer { name, .. }) if name == "nonsense")
+        );
+    }
+}

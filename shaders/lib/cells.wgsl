@@ -1,0 +1,45 @@
+// Positions as u32 fractions of a turn, and the cells they lie in: exact, with wrap-around and minimum image for free.
+// The including file binds `system`.
+struct Place {
+    cell: u32,
+    // From the cell's centre, in cells: -0.5 <= offset < 0.5.
+    offset: vec3<f32>,
+}
+
+// x * period / 2^32: whole cells, and the rest in units of 2^-32 cell.
+fn split(x: u32, period: u32) -> vec2<u32> {
+    let low = (x & 0xffffu) * period;
+    let high = (x >> 16u) * period + (low >> 16u);
+    return vec2<u32>(high >> 16u, (high << 16u) | (low & 0xffffu));
+}
+
+fn from_centre(fraction: u32) -> f32 {
+    return f32(bitcast<i32>(fraction ^ 0x80000000u)) * 2.3283064365386963e-10;
+}
+
+fn cell_index(c: vec3<u32>) -> u32 {
+    return (c.z * system.cells.y + c.y) * system.cells.x + c.x;
+}
+
+// The cell of a position on the grid moved by `shift`.
+fn locate(position: vec3<u32>, shift: vec3<u32>) -> Place {
+    let p = position + shift;
+    let x = split(p.x, system.period.x);
+    let y = split(p.y, system.period.y);
+    let z = split(p.z, system.period.z);
+    var place: Place;
+    // Across a slit the coordinate can leave the grid only if a particle left the box: keep the index in bounds.
+    place.cell = cell_index(vec3<u32>(x.x, min(y.x, system.cells.y - 1u), z.x));
+    place.offset = vec3<f32>(from_centre(x.y), from_centre(y.y), from_centre(z.y));
+    return place;
+}
+
+// A displacement in cells as coordinate units, rounded to the nearest.
+fn to_units(displacement: vec3<f32>) -> vec3<u32> {
+    return bitcast<vec3<u32>>(vec3<i32>(round(displacement * system.units)));
+}
+
+// The shortest vector from b to a, in cells.
+fn separation(a: vec3<u32>, b: vec3<u32>) -> vec3<f32> {
+    return vec3<f32>(bitcast<vec3<i32>>(a - b)) * system.cell_per_unit;
+}

@@ -1,0 +1,33 @@
+// Arithmetic whose error does not lean to one side: one residual correction after the hardware's own result.
+fn divide(a: f32, b: f32) -> f32 {
+    let r = 1.0 / b;
+    let q = a * r;
+    return fma(fma(-q, b, a), r, q);
+}
+
+fn square_root(a: f32) -> f32 {
+    let s = sqrt(a);
+    return select(fma(fma(-s, s, a), 0.5 / s, s), 0.0, a < 1e-30);
+}
+
+fn dot3(a: vec3<f32>, b: vec3<f32>) -> f32 {
+    return fma(a.x, b.x, fma(a.y, b.y, a.z * b.z));
+}
+
+fn cross3(a: vec3<f32>, b: vec3<f32>) -> vec3<f32> {
+    return vec3<f32>(
+        fma(a.y, b.z, -(a.z * b.y)),
+        fma(a.z, b.x, -(a.x * b.z)),
+        fma(a.x, b.y, -(a.y * b.x)),
+    );
+}
+
+// A unit vector, corrected twice: a * (1.5 - 0.5 a.a) would round to one side near 1 and cool the fluid.
+fn unit_vector(a: vec3<f32>) -> vec3<f32> {
+    var u = a;
+    for (var i = 0; i < 2; i++) {
+        let e = -0.5 * fma(u.z, u.z, fma(u.y, u.y, fma(u.x, u.x, -1.0)));
+        u = vec3<f32>(fma(e, u.x, u.x), fma(e, u.y, u.y), fma(e, u.z, u.z));
+    }
+    return u;
+}

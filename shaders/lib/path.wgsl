@@ -1,0 +1,62 @@
+// The ballistic path of a particle between plane walls. Time may run backwards: both wall conditions are their own inverse.
+// The including file binds `system`.
+struct Path {
+    position: vec3<u32>,
+    velocity: vec3<f32>,
+    // Momentum handed to the low and to the high wall.
+    low: vec3<f32>,
+    high: vec3<f32>,
+}
+
+fn beyond_wall(y: u32) -> bool {
+    return system.walled == 1u && (y & 0x80000000u) != 0u;
+}
+
+// Share of the displacement after which the path from y meets the wall that it crosses; 2 if it crosses none.
+fn wall_share(y: u32, displacement: f32) -> f32 {
+    let step = to_units(vec3<f32>(0.0, displacement, 0.0)).y;
+    if !beyond_wall(y + step) {
+        return 2.0;
+    }
+    let goal = select(0u, 0x7fffffffu, displacement > 0.0);
+    return clamp(f32(bitcast<i32>(goal - y)) * system.cell_per_unit.y / displacement, 0.0, 1.0);
+}
+
+// The velocity after meeting the wall on the side to which `displacement` points, and what the wall receives.
+fn reflect_at_wall(path: Path, displacement: f32) -> Path {
+    var p = path;
+    let high = displacement > 0.0;
+    let wall = select(system.wall_low, system.wall_high, high);
+    let before = p.velocity;
+    if system.slip == 1u {
+        p.velocity.y = -before.y;
+    } else {
+        p.velocity = 2.0 * wall - before;
+    }
+    let given = before - p.velocity;
+    if high {
+        p.high += given;
+    } else {
+        p.low += given;
+    }
+    p.position.y = select(0u, 0x7fffffffu, high);
+    return p;
+}
+
+// Free flight for `time` (negative: backwards), reflected at walls.
+fn fly(start: Path, time: f32) -> Path {
+    var p = start;
+    var rest = time;
+    for (var bounce = 0; bounce < 8; bounce++) {
+        let displacement = p.velocity * rest;
+        let share = wall_share(p.position.y, displacement.y);
+        if share > 1.0 {
+            p.position += to_units(displacement);
+            return p;
+        }
+        p.position += to_units(displacement * share);
+        p = reflect_at_wall(p, displacement.y);
+        rest = fma(-share, rest, rest);
+    }
+    return p;
+}
