@@ -9,6 +9,10 @@ pub fn eigen(matrix: DMat3) -> (DVec3, DMat3) {
     let mut a = matrix;
     let mut vectors = DMat3::IDENTITY;
     for _ in 0..30 {
+        let mixed = a.y_axis.x.abs() + a.z_axis.x.abs() + a.z_axis.y.abs();
+        if mixed <= 1e-17 * (a.x_axis.x.abs() + a.y_axis.y.abs() + a.z_axis.z.abs()) {
+            break;
+        }
         for (p, q) in [(0, 1), (0, 2), (1, 2)] {
             if a.col(q)[p] == 0.0 {
                 continue;

@@ -110,3 +110,32 @@ fn energy(particles: &[Particle]) -> f64 {
 fn assert_near(found: DVec3, expected: DVec3, tolerance: f64) {
     assert!((found - expected).length() < tolerance, "{found} instead of {expected}");
 }
+
+/// What the stage of this kind, with its defaults, has to say of the system: the fields concerned.
+fn findings(kind: &str, system: &System) -> Vec<&'static str> {
+    let entry = stages::find(kind).expect("a stage of this kind");
+    let values = squirm::params::Values::defaults(&(entry.fields)());
+    (entry.check)(&values, system).into_iter().map(|f| f.field).collect()
+}
+
+#[test]
+fn checks_warn_of_what_cannot_work_and_of_nothing_else() {
+    let mut good = system([32, 32, 32], 0.02);
+    good.domain.walls = walls("no-slip");
+    good.species = vec![species(6.0, 3.0)];
+    for entry in stages::REGISTRY {
+        assert_eq!(findings(entry.kind, &good), [""; 0], "{}", entry.kind);
+    }
+    let mut thin = good.clone();
+    thin.fluid.density = 1.0;
+    assert_eq!(findings("restore-thermostat", &thin), [""]);
+    thin.species = vec![species(1.0, 1.0)];
+    assert_eq!(findings("squirmer-fill", &thin), ["ghosts"]);
+    let mut slippery = good.clone();
+    slippery.domain.walls = walls("slip");
+    assert_eq!(findings("wall-ghosts", &slippery), [""]);
+    let mut hasty = good;
+    hasty.run.dt = 2.0;
+    assert_eq!(findings("stream", &hasty), [""]);
+    assert_eq!(findings("squirmer-collide", &hasty), [""]);
+}
