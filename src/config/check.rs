@@ -4,8 +4,11 @@ use super::list::Listed;
 use super::node::Node;
 use crate::diag::Diagnostic;
 use crate::graph::Output;
-use crate::graph::sizes::{STERIC_MARGIN, contact_range};
-use crate::params::Value;
+use crate::graph::bins;
+use crate::graph::sizes::contact_range;
+use crate::math::steric::SAFETY;
+use crate::params::{Params, Value};
+use crate::stages::squirmer_move::SquirmerMove;
 use crate::state::{Species, System};
 
 /// Speed of sound in units of sqrt(kT/m): sqrt(5/3), since the particles are an ideal gas.
@@ -132,7 +135,7 @@ fn fits(species: &Species, system: &System, at: &Place<'_>, found: &mut Vec<Diag
     for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
         let edge = f64::from(system.domain.size[axis]);
         let slit = axis == 1 && system.domain.walls.is_some();
-        let needed = if slit { 2.0 * (shortest + STERIC_MARGIN) } else { contact_range(longest) };
+        let needed = if slit { 2.0 * (shortest + SAFETY) } else { contact_range(longest) };
         if edge <= needed {
             let why = if slit {
                 format!("the slit is {edge} wide, but \"{}\" needs more than {needed:.2}", species.name)
@@ -281,6 +284,7 @@ pub fn together(system: &System, stages: &[Listed], root: &Node, found: &mut Vec
     if stages.is_empty() {
         return;
     }
+    pair_search(system, stages, found);
     let has = |kind: &str| stages.iter().any(|s| s.entry.kind == kind);
     if !has("stream") {
         found.push(
@@ -292,6 +296,23 @@ pub fn together(system: &System, stages: &[Listed], root: &Node, found: &mut Vec
     wall_stages(system, stages, root, found);
     squirmer_stages(system, stages, root, found);
     heating(system, stages, root, found);
+}
+
+/// The bins of the pair search are made for the default reach of the steric forces.
+fn pair_search(system: &System, stages: &[Listed], found: &mut Vec<Diagnostic>) {
+    let Some(stage) = stages.iter().find(|s| s.entry.kind == "squirmer-move") else { return };
+    let Some(values) = &stage.values else { return };
+    let reach = SquirmerMove::from_values(values).reach(system);
+    let widths = bins(system).into_iter().zip(system.domain.size);
+    let narrow = widths.filter(|(n, _)| *n > 1).map(|(n, edge)| f64::from(edge) / f64::from(n));
+    let narrowest = narrow.fold(f64::MAX, f64::min);
+    if reach > narrowest {
+        found.push(
+            Diagnostic::error(format!("steric forces reach {reach:.2}, beyond the bins of the pair search, {narrowest:.2}"))
+                .at(stage.span, "`safety` or `sigma` is large")
+                .help("keep safety and sigma near their defaults, or make the bodies themselves larger"),
+        );
+    }
 }
 
 fn wall_stages(system: &System, stages: &[Listed], root: &Node, found: &mut Vec<Diagnostic>) {

@@ -2,15 +2,10 @@
 
 use super::kernels::Kernel;
 use crate::buffers::{Buffer, CATALOGUE, Sizes};
+use crate::math::steric::{SAFETY, SIGMA};
 use crate::state::System;
 
-/// Safety distance between the steric surface of a squirmer and its hydrodynamic one, in a.
-pub const STERIC_MARGIN: f64 = 0.25;
-
-/// Reach of the steric potential beyond the steric surfaces, (2^(1/6) - 1) sigma with sigma = 0.5 a, rounded up, in a.
-pub const STERIC_REACH: f64 = 0.06;
-
-/// How far a squirmer may move before the bins of the pair search are made anew, in a.
+/// Room by which a bin is wider than the farthest contact, in a.
 const BIN_SLACK: f64 = 0.1;
 
 /// Most bins along one axis.
@@ -48,10 +43,11 @@ pub fn bins(system: &System) -> [u32; 3] {
     system.domain.size.map(|edge| ((f64::from(edge) / width) as u32).clamp(1, MAX_BINS))
 }
 
-/// Distance of centres up to which two bodies with this longest semi-axis may touch, in a.
+/// Distance of centres up to which two bodies with this longest semi-axis may touch, in a: both safety margins and the range
+/// (2^(1/6) - 1) sigma < 0.123 sigma of the steric potential, at their default values.
 #[must_use]
 pub fn contact_range(longest: f64) -> f64 {
-    2.0 * (longest + STERIC_MARGIN) + STERIC_REACH
+    2.0 * (longest + SAFETY) + 0.123 * SIGMA
 }
 
 fn longest_semi_axis(system: &System) -> f64 {

@@ -9,6 +9,7 @@ pub mod shift_grid;
 pub mod sort_reorder;
 pub mod squirmer_collide;
 pub mod squirmer_fill;
+pub mod squirmer_move;
 pub mod stream;
 pub mod wall_ghosts;
 
@@ -16,6 +17,7 @@ pub use entry::{Entry, Finding, Gravity, Phase, Stage};
 
 /// Every stage, in the order in which a step usually runs them.
 pub const REGISTRY: &[Entry] = &[
+    Entry::of::<squirmer_move::SquirmerMove>(),
     Entry::of::<stream::Stream>(),
     Entry::of::<squirmer_collide::SquirmerCollide>(),
     Entry::of::<shift_grid::ShiftGrid>(),

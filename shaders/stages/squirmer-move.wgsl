@@ -1,0 +1,221 @@
+// squirmer-move: rigid-body motion of the squirmers under steric forces, position Verlet with exact free rotation.
+//!include dispatch
+//!include cells
+//!include rigid
+//!include steric
+
+@group(0) @binding(0) var<uniform> system: SystemUniform;
+@group(0) @binding(1) var<uniform> settings: SquirmerMoveSettings;
+@group(0) @binding(2) var<storage, read> species: array<SpeciesUniform>;
+@group(0) @binding(3) var<storage, read_write> squirmers: array<SquirmerState>;
+@group(0) @binding(4) var<storage, read_write> bin_heads: array<atomic<u32>>;
+@group(0) @binding(5) var<storage, read_write> bin_next: array<u32>;
+@group(0) @binding(6) var<storage, read_write> steric: array<vec4<f32>>;
+@group(0) @binding(7) var<storage, read_write> faults: array<atomic<u32>>;
+var<immediate> now: Now;
+
+// Partners and walls that may act on one squirmer; the fixed-point scales leave room for as many at their largest force.
+const MOST_CONTACTS = 64u;
+
+// Moves the centre: whole coordinate units, the rest is kept in `remainder` so that slow motion is not lost.
+fn shifted(before: SquirmerState) -> SquirmerState {
+    var s = before;
+    let path = fma(s.velocity, settings.half_step * system.units, s.remainder);
+    let whole = floor(path);
+    if !all(abs(whole) < vec3<f32>(536870912.0)) {
+        atomicOr(&faults[0], FAULT_STERIC);
+        return s;
+    }
+    let step = vec3<i32>(whole);
+    s.remainder = path - whole;
+    s.position = before.position + bitcast<vec3<u32>>(step);
+    let up = (step > vec3<i32>(0)) & (s.position < before.position);
+    let down = (step < vec3<i32>(0)) & (s.position > before.position);
+    var turns = select(vec3<i32>(0), vec3<i32>(1), up) - select(vec3<i32>(0), vec3<i32>(1), down);
+    if system.walled == 1u {
+        turns.y = 0;
+        if s.position.y >= 0x80000000u {
+            atomicOr(&faults[0], FAULT_STERIC);
+            s.position.y = select(0u, 0x7fffffffu, step.y > 0);
+        }
+    }
+    s.image = s.image + turns;
+    return s;
+}
+
+// Half a substep of free motion; adds its share to the mean velocity and angular velocity of the step.
+fn drifted(before: SquirmerState) -> SquirmerState {
+    let kind = species[before.species];
+    if kind.held == 1u {
+        return before;
+    }
+    var s = shifted(before);
+    s.orientation = turned(s.orientation, s.angular_momentum, settings.half_step, kind.inertia_along, kind.inertia_across);
+    let e = 0.5 * (body_axis(before.orientation) + body_axis(s.orientation));
+    let spin = top_velocity(e, s.angular_momentum, kind.inertia_along, kind.inertia_across);
+    s.drift = fma(s.velocity, vec3<f32>(settings.share), s.drift);
+    s.spin = fma(spin, vec3<f32>(settings.share), s.spin);
+    return s;
+}
+
+@compute @workgroup_size(WORKGROUP)
+fn drift_first(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+    let i = invocation(group, groups, lane);
+    if i >= system.squirmer_count {
+        return;
+    }
+    var s = squirmers[i];
+    if now.repetition == 0u {
+        s.position_before = s.position;
+        s.orientation_before = s.orientation;
+        s.drift = vec3<f32>(0.0);
+        s.spin = vec3<f32>(0.0);
+    }
+    squirmers[i] = drifted(s);
+}
+
+@compute @workgroup_size(WORKGROUP)
+fn clear_bins(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+    let i = invocation(group, groups, lane);
+    if i >= system.bins.x * system.bins.y * system.bins.z {
+        return;
+    }
+    atomicStore(&bin_heads[i], 0u);
+}
+
+// Bin of a position per axis, floor(position bins/2^32) from the upper 16 bits of the position.
+fn bin_of(position: vec3<u32>) -> vec3<u32> {
+    return ((position >> vec3<u32>(16u)) * system.bins) >> vec3<u32>(16u);
+}
+
+fn bin_index(bin: vec3<u32>) -> u32 {
+    return (bin.z * system.bins.y + bin.y) * system.bins.x + bin.x;
+}
+
+@compute @workgroup_size(WORKGROUP)
+fn fill_bins(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+    let i = invocation(group, groups, lane);
+    if i >= system.squirmer_count {
+        return;
+    }
+    bin_next[i] = atomicExchange(&bin_heads[bin_index(bin_of(squirmers[i].position))], i + 1u);
+}
+
+fn spheroid(i: u32) -> Spheroid {
+    let kind = species[squirmers[i].species];
+    return Spheroid(body_axis(squirmers[i].orientation), kind.across + settings.safety, kind.along + settings.safety);
+}
+
+// Force and torque in fixed point: integers add up to the same sum in any order, so the order of a bin's list does not matter.
+struct Sum {
+    force: vec3<i32>,
+    torque: vec3<i32>,
+    contacts: u32,
+}
+
+fn add_contact(before: Sum, force: vec3<f32>, torque: vec3<f32>) -> Sum {
+    var sum = before;
+    sum.contacts = sum.contacts + 1u;
+    let fits = all(abs(force) <= vec3<f32>(1.001 * settings.max_force)) && all(abs(torque) <= vec3<f32>(settings.max_torque));
+    if !fits || sum.contacts > MOST_CONTACTS {
+        atomicOr(&faults[0], FAULT_STERIC);
+        return sum;
+    }
+    sum.force = sum.force + vec3<i32>(round(force * settings.force_scale));
+    sum.torque = sum.torque + vec3<i32>(round(torque * settings.torque_scale));
+    return sum;
+}
+
+fn add_wall(sum: Sum, body: Spheroid, height: f32, inward: f32) -> Sum {
+    let c = wall_contact(body, height, inward);
+    if c.gap >= settings.cutoff {
+        return sum;
+    }
+    let strength = repulsion(c, settings.sigma, settings.epsilon, settings.max_force);
+    return add_contact(sum, strength * c.by_shift, strength * c.by_turn_b);
+}
+
+// The pair is computed with the lower index first by both partners: action equals reaction in every bit.
+fn add_partner(sum: Sum, i: u32, body: Spheroid, j: u32) -> Sum {
+    let low = min(i, j);
+    let r = separation(squirmers[max(i, j)].position, squirmers[low].position);
+    let kind = species[squirmers[j].species];
+    let reach = max(body.across, body.along) + max(kind.across, kind.along) + settings.safety + settings.cutoff;
+    let square = dot3(r, r);
+    if square >= reach * reach {
+        return sum;
+    }
+    if square < 1e-8 * reach * reach {
+        atomicOr(&faults[0], FAULT_STERIC);
+        return sum;
+    }
+    var c: Contact;
+    if i == low {
+        c = contact(body, spheroid(j), r);
+    } else {
+        c = contact(spheroid(j), body, r);
+    }
+    if c.gap >= settings.cutoff {
+        return sum;
+    }
+    let strength = repulsion(c, settings.sigma, settings.epsilon, settings.max_force);
+    if i == low {
+        return add_contact(sum, -strength * c.by_shift, strength * c.by_turn_a);
+    }
+    return add_contact(sum, strength * c.by_shift, strength * c.by_turn_b);
+}
+
+@compute @workgroup_size(WORKGROUP)
+fn force(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+    let i = invocation(group, groups, lane);
+    if i >= system.squirmer_count {
+        return;
+    }
+    let body = spheroid(i);
+    let position = squirmers[i].position;
+    var sum: Sum;
+    // Bins that a partner in reach can lie in: each distinct bin once, also where the axis has few. The small term covers
+    // the 16 bits that bin_of drops.
+    let bins = vec3<f32>(system.bins);
+    let near = vec3<u32>(floor(fma(settings.reach / vec3<f32>(system.period), bins, bins * 3.0517578e-5))) + vec3<u32>(1u);
+    let every = 2u * near + vec3<u32>(1u) >= system.bins;
+    let count = select(2u * near + vec3<u32>(1u), system.bins, every);
+    let first = select(bin_of(position) + system.bins - near, vec3<u32>(0u), every);
+    for (var z = 0u; z < count.z; z = z + 1u) {
+        for (var y = 0u; y < count.y; y = y + 1u) {
+            for (var x = 0u; x < count.x; x = x + 1u) {
+                var next = atomicLoad(&bin_heads[bin_index((first + vec3<u32>(x, y, z)) % system.bins)]);
+                while next != 0u {
+                    let j = next - 1u;
+                    if j != i {
+                        sum = add_partner(sum, i, body, j);
+                    }
+                    next = bin_next[j];
+                }
+            }
+        }
+    }
+    if system.walled == 1u {
+        // Heights from whole units above the nearer wall: a global f32 coordinate would lose digits at the far one.
+        sum = add_wall(sum, body, f32(position.y) * system.cell_per_unit.y, 1.0);
+        sum = add_wall(sum, body, f32(0x80000000u - position.y) * system.cell_per_unit.y, -1.0);
+    }
+    steric[2u * i] = vec4<f32>(vec3<f32>(sum.force) * (1.0 / settings.force_scale), 0.0);
+    steric[2u * i + 1u] = vec4<f32>(vec3<f32>(sum.torque) * (1.0 / settings.torque_scale), 0.0);
+}
+
+@compute @workgroup_size(WORKGROUP)
+fn kick_drift(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+    let i = invocation(group, groups, lane);
+    if i >= system.squirmer_count {
+        return;
+    }
+    var s = squirmers[i];
+    let kind = species[s.species];
+    if kind.held == 0u {
+        let substep = 2.0 * settings.half_step;
+        s.velocity = fma(steric[2u * i].xyz, vec3<f32>(substep / kind.mass), s.velocity);
+        s.angular_momentum = fma(steric[2u * i + 1u].xyz, vec3<f32>(substep), s.angular_momentum);
+    }
+    squirmers[i] = drifted(s);
+}
