@@ -15,6 +15,24 @@ pub enum Life {
     Scratch,
 }
 
+shared! {
+    /// What the kernels of a snapshot are told.
+    pub struct MeasureSettings {
+        /// Blocks per axis.
+        blocks: vec3u,
+        /// Cells along the edge of a block.
+        edge: u32,
+        /// Every how manieth particle is taken.
+        stride: u32,
+        /// How many particles are taken.
+        samples: u32,
+        /// Scale of the wide sums.
+        scale: f32,
+        /// Not used.
+        pad: u32,
+    }
+}
+
 /// What a buffer has one element for, and what a kernel has one invocation for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Extent {
@@ -38,6 +56,10 @@ pub enum Extent {
     Bins,
     /// Blocks of 1024 cells in a prefix sum.
     Blocks,
+    /// Blocks over which a snapshot averages its fields.
+    Coarse,
+    /// Fluid particles that a snapshot takes.
+    Samples,
 }
 
 /// What can go wrong inside a kernel: a bit of the first word of `faults`.
@@ -239,7 +261,7 @@ const fn buffer(name: &'static str, life: Life, extent: Extent, words: usize, do
     Buffer { name, doc, life, extent, words }
 }
 
-use Extent::{Bins, Blocks, Cells, One, Particles, Species, Squirmers};
+use Extent::{Bins, Blocks, Cells, Coarse, One, Particles, Samples, Species, Squirmers};
 use Life::{Derived, Persistent, Scratch, Setting};
 
 /// Every buffer. `settings` stands for the uniform of the stage that binds it.
@@ -309,6 +331,9 @@ pub const CATALOGUE: &[Buffer] = &[
     buffer("block_sums", Scratch, Blocks, 1, "particles per block of cells"),
     buffer("positions_sorted", Scratch, Particles, 3, "positions in their new order"),
     buffer("velocities_sorted", Scratch, Particles, 3, "velocities in their new order"),
+    buffer("totals", Scratch, One, 14, "snapshot: seven wide sums over the fluid"),
+    buffer("fields", Scratch, Coarse, 4, "snapshot: particles and summed velocity of each block"),
+    buffer("samples", Scratch, Samples, 6, "snapshot: positions and velocities of some particles"),
 ];
 
 /// The buffer of this name.
@@ -336,6 +361,10 @@ pub struct Sizes {
     pub box_edge: u64,
     /// Bins of the pair search.
     pub bins: u64,
+    /// Blocks of a snapshot's fields.
+    pub coarse: u64,
+    /// Fluid particles that a snapshot takes.
+    pub samples: u64,
 }
 
 impl Sizes {
@@ -353,6 +382,8 @@ impl Sizes {
             Extent::SquirmerBoxes => self.squirmers * self.box_edge.pow(3),
             Extent::Bins => self.bins,
             Extent::Blocks => self.cells.div_ceil(1024),
+            Extent::Coarse => self.coarse,
+            Extent::Samples => self.samples,
         }
     }
 

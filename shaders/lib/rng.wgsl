@@ -6,7 +6,7 @@ fn rotate_left(x: u32, n: u32) -> u32 {
     return (x << n) | (x >> (32u - n));
 }
 
-fn mix(x: vec4<u32>, a: u32, b: u32, swap: bool) -> vec4<u32> {
+fn mix_words(x: vec4<u32>, a: u32, b: u32, swap: bool) -> vec4<u32> {
     var y = x;
     if swap {
         y.x += y.w;
@@ -25,15 +25,15 @@ fn mix(x: vec4<u32>, a: u32, b: u32, swap: bool) -> vec4<u32> {
 fn threefry(counter: vec4<u32>, key: vec4<u32>) -> vec4<u32> {
     let k4 = 0x1BD11BDAu ^ key.x ^ key.y ^ key.z ^ key.w;
     var x = counter + key;
-    x = mix(mix(mix(mix(x, 10u, 26u, false), 11u, 21u, true), 13u, 27u, false), 23u, 5u, true);
+    x = mix_words(mix_words(mix_words(mix_words(x, 10u, 26u, false), 11u, 21u, true), 13u, 27u, false), 23u, 5u, true);
     x += vec4<u32>(key.y, key.z, key.w, k4 + 1u);
-    x = mix(mix(mix(mix(x, 6u, 20u, false), 17u, 11u, true), 25u, 10u, false), 18u, 20u, true);
+    x = mix_words(mix_words(mix_words(mix_words(x, 6u, 20u, false), 17u, 11u, true), 25u, 10u, false), 18u, 20u, true);
     x += vec4<u32>(key.z, key.w, k4, key.x + 2u);
-    x = mix(mix(mix(mix(x, 10u, 26u, false), 11u, 21u, true), 13u, 27u, false), 23u, 5u, true);
+    x = mix_words(mix_words(mix_words(mix_words(x, 10u, 26u, false), 11u, 21u, true), 13u, 27u, false), 23u, 5u, true);
     x += vec4<u32>(key.w, k4, key.x, key.y + 3u);
-    x = mix(mix(mix(mix(x, 6u, 20u, false), 17u, 11u, true), 25u, 10u, false), 18u, 20u, true);
+    x = mix_words(mix_words(mix_words(mix_words(x, 6u, 20u, false), 17u, 11u, true), 25u, 10u, false), 18u, 20u, true);
     x += vec4<u32>(k4, key.x, key.y, key.z + 4u);
-    x = mix(mix(mix(mix(x, 10u, 26u, false), 11u, 21u, true), 13u, 27u, false), 23u, 5u, true);
+    x = mix_words(mix_words(mix_words(mix_words(x, 10u, 26u, false), 11u, 21u, true), 13u, 27u, false), 23u, 5u, true);
     x += vec4<u32>(key.x, key.y, key.z, key.w + 5u);
     return x;
 }

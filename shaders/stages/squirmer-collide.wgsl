@@ -146,11 +146,11 @@ fn first_hit(found: Event, cell: u32, start: Path, rest: f32) -> Event {
     for (var k = 0u; k < neighbours(cell); k++) {
         let i = atomicLoad(&squirmer_map[cell * MAP_WORDS + 1u + k]);
         let b = semi_axes(species[squirmers[i].species]);
-        let from = separation(start.position, squirmers[i].position_before);
+        let origin = separation(start.position, squirmers[i].position_before);
         let first = pose_at(i, elapsed);
         let last = pose_at(i, 1.0);
-        let p = turn_back(first.orientation, from - first.moved) / b;
-        let q = turn_back(last.orientation, from + start.velocity * rest - last.moved) / b;
+        let p = turn_back(first.orientation, origin - first.moved) / b;
+        let q = turn_back(last.orientation, origin + start.velocity * rest - last.moved) / b;
         e = earlier(e, p, q, i);
     }
     return e;

@@ -7,6 +7,7 @@
 //!include operator-load
 //!include absorb
 //!include symmetric
+//!include workgroup-sum
 
 @group(0) @binding(0) var<uniform> system: SystemUniform;
 @group(0) @binding(1) var<uniform> settings: SquirmerFillSettings;
@@ -23,32 +24,8 @@
 var<immediate> now: Now;
 
 // Sums over a squirmer's ghosts: 0-2 s, 3-5 v, 6-8 s x v, 9-11 xx yy zz, 12-14 xy xz yz of s s^T; wide.
-const SUMS: u32 = 15u;
 const SUM_WORDS: u32 = 30u;
 const SUM_SCALE: f32 = 262144.0;
-
-// A workgroup's share of a wide sum: low 16 bits and the rest apart, so that 64 additions cannot overflow either.
-var<workgroup> partial: array<atomic<i32>, 30>;
-
-fn collect(sum: u32, value: i32) {
-    atomicAdd(&partial[2u * sum], value & 0xffff);
-    atomicAdd(&partial[2u * sum + 1u], value >> 16u);
-}
-
-// The workgroup's share as (low, high).
-fn collected(sum: u32) -> vec2<u32> {
-    let rest = atomicLoad(&partial[2u * sum + 1u]);
-    let low = bitcast<u32>(rest) << 16u;
-    let total = low + bitcast<u32>(atomicLoad(&partial[2u * sum]));
-    return vec2<u32>(total, bitcast<u32>(rest >> 16u) + select(0u, 1u, total < low));
-}
-
-fn clear_partial(lane: u32) {
-    if lane < 30u {
-        atomicStore(&partial[lane], 0);
-    }
-    workgroupBarrier();
-}
 
 @compute @workgroup_size(WORKGROUP)
 fn clear_sums(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
@@ -64,7 +41,7 @@ fn clear_sums(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) 
 // The ghosts of one workgroup belong to one squirmer: ghost_stride is a multiple of the workgroup's size.
 @compute @workgroup_size(WORKGROUP)
 fn sum(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
-    clear_partial(lane);
+    clear_sums_of_workgroup(lane);
     let first = invocation(group, groups, 0u);
     let i = first / system.ghost_stride;
     let index = first % system.ghost_stride + lane;
@@ -85,7 +62,7 @@ fn sum(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups:
         }
     }
     workgroupBarrier();
-    if lane < SUMS && i < system.squirmer_count {
+    if lane < WORKGROUP_SUMS && i < system.squirmer_count {
         let share = collected(lane);
         let word = i * SUM_WORDS + 2u * lane;
         let old = atomicAdd(&ghost_sums[word], share.x);
@@ -163,7 +140,7 @@ fn fill(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups
 // The momentum that the ghosts gain in the collision is the squirmer's.
 @compute @workgroup_size(WORKGROUP)
 fn receive(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
-    clear_partial(lane);
+    clear_sums_of_workgroup(lane);
     let first = invocation(group, groups, 0u);
     let i = first / system.ghost_stride;
     let index = first % system.ghost_stride + lane;

@@ -1,1 +1,74 @@
-//! (being built)
+//! The only room that knows wgpu: adapters, buffers, kernels, and the encoding of steps.
+
+pub mod adapter;
+pub mod kernel;
+pub mod measure;
+pub mod session;
+
+pub use adapter::{Gpu, adapters};
+pub use measure::{Measurement, Reading};
+pub use session::Session;
+
+/// What can go wrong on the GPU.
+#[derive(Debug, Clone, thiserror::Error)]
+pub enum GpuError {
+    /// No adapter at all.
+    #[error(
+        "no Vulkan, Metal or DX12 adapter was found; a CPU does as well: install Mesa's lavapipe (Debian: `apt-get install libvulkan1 mesa-vulkan-drivers`)"
+    )]
+    NoAdapter,
+    /// None that answers to the name asked for.
+    #[error("no adapter is called or numbered `{wanted}`; there are: {present}")]
+    NoSuchAdapter {
+        /// What was asked for.
+        wanted: String,
+        /// What there is.
+        present: String,
+    },
+    /// The adapter lacks something that every kernel needs.
+    #[error("adapter `{adapter}` has no {feature}, which the kernels need")]
+    Lacking {
+        /// Its name.
+        adapter: String,
+        /// What it lacks.
+        feature: &'static str,
+    },
+    /// The device could not be opened.
+    #[error("adapter `{adapter}` could not be opened: {message}")]
+    Open {
+        /// Its name.
+        adapter: String,
+        /// The driver's message.
+        message: String,
+    },
+    /// A buffer is larger than the adapter can bind.
+    #[error(
+        "buffer `{buffer}` needs {bytes} bytes, but `{adapter}` binds at most {limit}: make the box smaller or choose another adapter"
+    )]
+    TooLarge {
+        /// The buffer's name.
+        buffer: &'static str,
+        /// What it needs.
+        bytes: u64,
+        /// What the adapter has.
+        limit: u64,
+        /// The adapter's name.
+        adapter: String,
+    },
+    /// Memory ran out while creating buffers.
+    #[error(
+        "`{adapter}` has no memory left for {bytes} bytes of buffers: make the box smaller or choose another adapter"
+    )]
+    OutOfMemory {
+        /// What all buffers need.
+        bytes: u64,
+        /// The adapter's name.
+        adapter: String,
+    },
+    /// A shader does not compose or validate.
+    #[error(transparent)]
+    Shader(#[from] crate::shader::ShaderError),
+    /// The device stopped answering.
+    #[error("the GPU was lost or refused work: {0}")]
+    Lost(String),
+}

@@ -27,6 +27,7 @@ const LIBRARY: &[(&str, &str)] = &[
     ("steric", include_str!("../../shaders/lib/steric.wgsl")),
     ("symmetric", include_str!("../../shaders/lib/symmetric.wgsl")),
     ("wall-impulse", include_str!("../../shaders/lib/wall-impulse.wgsl")),
+    ("workgroup-sum", include_str!("../../shaders/lib/workgroup-sum.wgsl")),
     ("wide", include_str!("../../shaders/lib/wide.wgsl")),
 ];
 

@@ -1,1 +1,113 @@
-//! (being built)
+//! Where snapshots go: recordings (MCAP), analyzers on this machine (shared memory), and tables (CSV).
+//!
+//! All of them take the same encoded messages; [`Outlets`] hands one message to those that asked for it, and
+//! [`Writer`] does so on a thread of its own.
+
+mod outlets;
+mod publisher;
+mod recorder;
+mod scene;
+mod tables;
+mod track;
+
+pub use outlets::{Job, Outlets, Summary, Targets, Writer};
+pub use publisher::Publisher;
+pub use recorder::{FileInfo, Provenance, Recorder};
+pub use tables::Tables;
+
+use crate::wire::WireError;
+use std::path::PathBuf;
+
+/// Why a snapshot could not be delivered.
+#[derive(Debug, thiserror::Error)]
+pub enum SinkError {
+    /// An output file that must not be overwritten.
+    #[error("{} exists already: choose another output directory, or remove it", .0.display())]
+    Exists(PathBuf),
+    /// No space left on the device.
+    #[error("disk full while writing {}: what was written before can be read", .0.display())]
+    DiskFull(PathBuf),
+    /// Any other failure to write.
+    #[error("cannot write {}: {source}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// The recording's own rules were broken.
+    #[error("cannot record into {}: {source}", path.display())]
+    Mcap {
+        /// The file.
+        path: PathBuf,
+        /// What the writer said.
+        source: mcap::McapError,
+    },
+    /// The message is not a snapshot.
+    #[error(transparent)]
+    Wire(#[from] WireError),
+    /// Shared memory is too small; writing to it would kill the process.
+    #[error(
+        "shared memory is too small: publishing {} needs {need} bytes in {}, {free} are free; \
+         enlarge it (docker run --shm-size), publish a smaller fraction, or publish less",
+        topics.join(", "),
+        path.display()
+    )]
+    SharedMemory {
+        /// Where shared memory lives.
+        path: PathBuf,
+        /// What is to be published.
+        topics: Vec<String>,
+        /// Bytes needed at worst.
+        need: u64,
+        /// Bytes free.
+        free: u64,
+    },
+    /// Another process publishes under this name.
+    #[error("a run named `{0}` is already publishing: give one of the two another name")]
+    Taken(String),
+    /// iceoryx2 refused.
+    #[error("cannot {what} for `{name}`: {reason}")]
+    Ipc {
+        /// What was attempted.
+        what: &'static str,
+        /// Run or service.
+        name: String,
+        /// What iceoryx2 said.
+        reason: String,
+    },
+    /// A message longer than announced.
+    #[error("a {topic} snapshot of {bytes} bytes exceeds the {max} bytes announced for its topic")]
+    TooLong {
+        /// Topic.
+        topic: &'static str,
+        /// Length of the message.
+        bytes: usize,
+        /// Announced length.
+        max: usize,
+    },
+    /// A message for a topic that was not opened.
+    #[error("topic {0} was not opened for publishing")]
+    NotOpen(&'static str),
+    /// The thread that writes is gone without saying why.
+    #[error("the writer thread panicked")]
+    Panicked,
+}
+
+impl SinkError {
+    /// Sorts a system error: a full disk is named as such.
+    fn io(path: &std::path::Path, source: std::io::Error) -> Self {
+        match source.kind() {
+            std::io::ErrorKind::StorageFull | std::io::ErrorKind::QuotaExceeded => Self::DiskFull(path.into()),
+            std::io::ErrorKind::AlreadyExists => Self::Exists(path.into()),
+            _ => Self::Io { path: path.into(), source },
+        }
+    }
+
+    fn mcap(path: &std::path::Path, source: mcap::McapError) -> Self {
+        match source {
+            mcap::McapError::Io(source) => Self::io(path, source),
+            source => Self::Mcap { path: path.into(), source },
+        }
+    }
+}

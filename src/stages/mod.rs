@@ -1,13 +1,34 @@
 //! The stages: one file each, one registry line each. A stage has no state and never sees the GPU.
 
+pub mod apply;
+pub mod cell_reduce;
 pub mod entry;
+pub mod restore_thermostat;
+pub mod rotate;
 pub mod shift_grid;
+pub mod sort_reorder;
+pub mod squirmer_collide;
+pub mod squirmer_fill;
+pub mod stream;
 pub mod squirmer_move;
+pub mod wall_ghosts;
 
 pub use entry::{Entry, Finding, Gravity, Phase, Stage};
 
 /// Every stage, in the order in which a step usually runs them.
-pub const REGISTRY: &[Entry] = &[Entry::of::<squirmer_move::SquirmerMove>(), Entry::of::<shift_grid::ShiftGrid>()];
+pub const REGISTRY: &[Entry] = &[
+    Entry::of::<squirmer_move::SquirmerMove>(),
+    Entry::of::<stream::Stream>(),
+    Entry::of::<squirmer_collide::SquirmerCollide>(),
+    Entry::of::<shift_grid::ShiftGrid>(),
+    Entry::of::<sort_reorder::SortReorder>(),
+    Entry::of::<cell_reduce::CellReduce>(),
+    Entry::of::<wall_ghosts::WallGhosts>(),
+    Entry::of::<squirmer_fill::SquirmerFill>(),
+    Entry::of::<rotate::Rotate>(),
+    Entry::of::<restore_thermostat::RestoreThermostat>(),
+    Entry::of::<apply::Apply>(),
+];
 
 /// The registry entry of this kind.
 #[must_use]

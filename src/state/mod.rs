@@ -1,5 +1,6 @@
 //! What is simulated, on the host and in f64: the physical system, and the state of its particles and squirmers.
 
+pub mod packed;
 pub mod scene;
 pub mod start;
 pub mod system;

@@ -1,0 +1,138 @@
+//! Adapters: what this machine has, which one a run uses, and opening it.
+
+use super::GpuError;
+use std::sync::{Arc, Mutex};
+
+/// One adapter, as `squirm adapters` lists it.
+#[derive(Debug, Clone)]
+pub struct AdapterSummary {
+    /// Its number in the list.
+    pub index: usize,
+    /// Name that the driver gives.
+    pub name: String,
+    /// "GPU", "integrated GPU", "virtual GPU", "CPU" or "other".
+    pub kind: &'static str,
+    /// Driver and its version.
+    pub driver: String,
+    /// Vulkan, Metal or DX12.
+    pub backend: String,
+    /// Largest buffer that a kernel can bind, in bytes.
+    pub largest_binding: u64,
+    /// Whether everything that the kernels need is there.
+    pub usable: bool,
+}
+
+/// An opened adapter.
+#[derive(Debug, Clone)]
+pub struct Gpu {
+    /// What it is.
+    pub summary: AdapterSummary,
+    pub(super) device: wgpu::Device,
+    pub(super) queue: wgpu::Queue,
+    pub(super) timestamps: bool,
+    pub(super) failure: Arc<Mutex<Option<String>>>,
+}
+
+const NEEDED: wgpu::Features = wgpu::Features::IMMEDIATES;
+
+fn timing_features() -> wgpu::Features {
+    wgpu::Features::TIMESTAMP_QUERY | wgpu::Features::TIMESTAMP_QUERY_INSIDE_PASSES
+}
+
+fn enumerate() -> Vec<wgpu::Adapter> {
+    let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
+    descriptor.backends = wgpu::Backends::VULKAN | wgpu::Backends::METAL | wgpu::Backends::DX12;
+    let instance = wgpu::Instance::new(descriptor);
+    pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all()))
+}
+
+fn summary(index: usize, adapter: &wgpu::Adapter) -> AdapterSummary {
+    let info = adapter.get_info();
+    let kind = match info.device_type {
+        wgpu::DeviceType::DiscreteGpu => "GPU",
+        wgpu::DeviceType::IntegratedGpu => "integrated GPU",
+        wgpu::DeviceType::VirtualGpu => "virtual GPU",
+        wgpu::DeviceType::Cpu => "CPU",
+        wgpu::DeviceType::Other => "other",
+    };
+    AdapterSummary {
+        index,
+        name: info.name,
+        kind,
+        driver: format!("{} {}", info.driver, info.driver_info).trim().to_owned(),
+        backend: info.backend.to_string(),
+        largest_binding: adapter.limits().max_storage_buffer_binding_size,
+        usable: adapter.features().contains(NEEDED),
+    }
+}
+
+/// Every adapter of this machine.
+#[must_use]
+pub fn adapters() -> Vec<AdapterSummary> {
+    enumerate().iter().enumerate().map(|(i, a)| summary(i, a)).collect()
+}
+
+fn rank(s: &AdapterSummary) -> usize {
+    let order = ["GPU", "integrated GPU", "virtual GPU", "other", "CPU"];
+    order.iter().position(|k| *k == s.kind).unwrap_or(order.len())
+}
+
+impl Gpu {
+    /// Opens the adapter whose number or part of whose name is `wanted`; without it the best: a GPU before a CPU.
+    ///
+    /// # Errors
+    /// If there is none, none of this name, or it cannot be used.
+    pub fn open(wanted: Option<&str>) -> Result<Self, GpuError> {
+        let found = enumerate();
+        let mut listed: Vec<_> = found.iter().enumerate().map(|(i, a)| (summary(i, a), a)).collect();
+        if listed.is_empty() {
+            return Err(GpuError::NoAdapter);
+        }
+        let present = listed.iter().map(|(s, _)| format!("{} ({})", s.index, s.name)).collect::<Vec<_>>().join(", ");
+        if let Some(wanted) = wanted {
+            let lower = wanted.to_lowercase();
+            listed.retain(|(s, _)| s.index.to_string() == wanted || s.name.to_lowercase().contains(&lower));
+        }
+        listed.sort_by_key(|(s, _)| (!s.usable, rank(s)));
+        let Some((chosen, adapter)) = listed.into_iter().next() else {
+            return Err(GpuError::NoSuchAdapter { wanted: wanted.unwrap_or_default().to_owned(), present });
+        };
+        if !chosen.usable {
+            return Err(GpuError::Lacking { adapter: chosen.name, feature: "immediates (push constants)" });
+        }
+        let timestamps = adapter.features().contains(timing_features());
+        let required_features = if timestamps { NEEDED | timing_features() } else { NEEDED };
+        let descriptor = wgpu::DeviceDescriptor {
+            label: Some("squirm"),
+            required_features,
+            required_limits: adapter.limits(),
+            memory_hints: wgpu::MemoryHints::Performance,
+            ..Default::default()
+        };
+        let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
+            .map_err(|e| GpuError::Open { adapter: chosen.name.clone(), message: e.to_string() })?;
+        let failure = Arc::new(Mutex::new(None));
+        let note = failure.clone();
+        device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| record(&note, error.to_string())));
+        let note = failure.clone();
+        device.set_device_lost_callback(move |reason, message| record(&note, format!("{reason:?}: {message}")));
+        Ok(Self { summary: chosen, device, queue, timestamps, failure })
+    }
+
+    /// What the driver has complained about since the last call.
+    ///
+    /// # Errors
+    /// If it has.
+    pub fn healthy(&self) -> Result<(), GpuError> {
+        match self.failure.lock().ok().and_then(|mut f| f.take()) {
+            Some(message) => Err(GpuError::Lost(message)),
+            None => Ok(()),
+        }
+    }
+}
+
+fn record(failure: &Mutex<Option<String>>, message: String) {
+    if let Ok(mut slot) = failure.lock() {
+        slot.get_or_insert(message);
+    }
+}

@@ -1,0 +1,115 @@
+//! Kernels: one entry point of a stage's module with its pipeline, its buffers and its size.
+
+use super::{Gpu, GpuError};
+use crate::buffers::{Extent, Now, Sizes};
+use crate::shader::{Binding, Module};
+use std::collections::HashMap;
+
+/// Invocations per workgroup of every kernel that has one invocation per element (`shaders/lib/dispatch.wgsl`).
+const WORKGROUP: u64 = 64;
+
+/// Buffers by name.
+pub(super) type Buffers = HashMap<&'static str, wgpu::Buffer>;
+
+pub(super) struct Kernel {
+    pipeline: wgpu::ComputePipeline,
+    bind_group: wgpu::BindGroup,
+    groups: [u32; 2],
+}
+
+/// Workgroups along x and y for `count` invocations: at most 65,535 along either, and none missing.
+fn groups(count: u64, over: Extent) -> [u32; 2] {
+    let needed = if over == Extent::One { count } else { count.div_ceil(WORKGROUP) };
+    let x = needed.min(65_535);
+    let y = if x == 0 { 0 } else { needed.div_ceil(x) };
+    let small = |n: u64| u32::try_from(n).expect("a dispatch dimension fits in 32 bits");
+    [small(x), small(y)]
+}
+
+fn layout_entry(binding: &Binding) -> wgpu::BindGroupLayoutEntry {
+    let ty = if binding.uniform {
+        wgpu::BufferBindingType::Uniform
+    } else {
+        wgpu::BufferBindingType::Storage { read_only: !binding.writable }
+    };
+    wgpu::BindGroupLayoutEntry {
+        binding: binding.binding,
+        visibility: wgpu::ShaderStages::COMPUTE,
+        ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None },
+        count: None,
+    }
+}
+
+impl Kernel {
+    /// The kernel of `entry_point`; `settings` is the stage's own uniform.
+    pub(super) fn new(
+        gpu: &Gpu,
+        compiled: &wgpu::ShaderModule,
+        module: &Module,
+        (entry_point, over): (&str, Extent),
+        (buffers, settings): (&Buffers, &wgpu::Buffer),
+        sizes: &Sizes,
+    ) -> Result<Self, GpuError> {
+        let bindings = module.bindings(entry_point);
+        let entries: Vec<_> = bindings.iter().map(layout_entry).collect();
+        let layout = gpu
+            .device
+            .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(entry_point), entries: &entries });
+        let pipeline_layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some(entry_point),
+            bind_group_layouts: &[Some(&layout)],
+            immediate_size: u32::try_from(size_of::<Now>()).expect("small"),
+        });
+        let pipeline = gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label: Some(entry_point),
+            layout: Some(&pipeline_layout),
+            module: compiled,
+            entry_point: Some(entry_point),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            cache: None,
+        });
+        let bound: Vec<_> = bindings
+            .iter()
+            .map(|b| wgpu::BindGroupEntry {
+                binding: b.binding,
+                resource: if b.name == "settings" { settings } else { &buffers[b.name.as_str()] }.as_entire_binding(),
+            })
+            .collect();
+        let bind_group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some(entry_point),
+            layout: &layout,
+            entries: &bound,
+        });
+        gpu.healthy()?;
+        Ok(Self { pipeline, bind_group, groups: groups(sizes.count(over), over) })
+    }
+
+    /// Adds the kernel to a pass.
+    pub(super) fn dispatch(&self, pass: &mut wgpu::ComputePass<'_>, now: Now) {
+        let [x, y] = self.groups;
+        if x == 0 || y == 0 {
+            return;
+        }
+        pass.set_pipeline(&self.pipeline);
+        pass.set_bind_group(0, &self.bind_group, &[]);
+        pass.set_immediates(0, bytemuck::bytes_of(&now));
+        pass.dispatch_workgroups(x, y, 1);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn large_dispatches_spread_over_two_dimensions() {
+        assert_eq!(groups(1, Extent::One), [1, 1]);
+        assert_eq!(groups(0, Extent::Cells), [0, 0]);
+        assert_eq!(groups(65, Extent::Cells), [2, 1]);
+        for count in [64 * 65_535, 64 * 65_535 + 1, 130_000_000, 4_000_000_000] {
+            let [x, y] = groups(count, Extent::Particles);
+            assert!(x <= 65_535 && y <= 65_535);
+            assert!(u64::from(x) * u64::from(y) * WORKGROUP >= count);
+        }
+    }
+}

@@ -1,0 +1,181 @@
+//! Handing each snapshot to those that asked for it, on a thread of its own, so that the step loop never waits for a disk.
+
+use super::{FileInfo, Publisher, Recorder, SinkError, Tables};
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::thread::JoinHandle;
+
+/// Who gets a snapshot.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Targets {
+    /// Analyzers on this machine.
+    pub publish: bool,
+    /// The recording.
+    pub record: bool,
+    /// The tables.
+    pub csv: bool,
+}
+
+/// The sinks of a run; those that nobody asked for are absent.
+#[derive(Default)]
+pub struct Outlets {
+    /// Shared memory.
+    pub publisher: Option<Publisher>,
+    /// MCAP.
+    pub recorder: Option<Recorder>,
+    /// CSV.
+    pub tables: Option<Tables>,
+}
+
+/// What became of a run's snapshots.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Summary {
+    /// Recorded files.
+    pub files: Vec<FileInfo>,
+    /// Snapshots handed over.
+    pub snapshots: u64,
+    /// Snapshots that could not be published since readers held all memory.
+    pub dropped: u64,
+}
+
+impl Outlets {
+    /// Hands one message to its targets; analyzers come first, for they are waiting.
+    ///
+    /// # Errors
+    /// The first failure; the other targets get the message all the same.
+    pub fn deliver(&mut self, bytes: &[u8], targets: Targets) -> Result<(), SinkError> {
+        let published = match &mut self.publisher {
+            Some(publisher) if targets.publish => publisher.publish(bytes).map(drop),
+            _ => Ok(()),
+        };
+        let recorded = match &mut self.recorder {
+            Some(recorder) if targets.record => recorder.write(bytes),
+            _ => Ok(()),
+        };
+        let tabled = match &mut self.tables {
+            Some(tables) if targets.csv => tables.write(bytes),
+            _ => Ok(()),
+        };
+        published.and(recorded).and(tabled)
+    }
+
+    /// Waits until everything recorded so far is on the disk.
+    ///
+    /// # Errors
+    /// If the system cannot write it.
+    pub fn sync(&mut self) -> Result<(), SinkError> {
+        self.recorder.as_mut().map_or(Ok(()), Recorder::sync)
+    }
+
+    /// Finishes all files and closes the topics.
+    ///
+    /// # Errors
+    /// If a file could not be finished.
+    pub fn finish(self) -> Result<Summary, SinkError> {
+        let dropped = self.publisher.as_ref().map_or(0, Publisher::dropped);
+        let files = self.recorder.map_or(Ok(Vec::new()), Recorder::finish)?;
+        Ok(Summary { files, snapshots: 0, dropped })
+    }
+}
+
+/// Work for the thread.
+pub enum Job {
+    /// Deliver an encoded message.
+    Snapshot(Vec<u8>, Targets),
+    /// Make a message and deliver it: encoding, too, is taken off the step loop.
+    Encode(Box<dyn FnOnce() -> Vec<u8> + Send>, Targets),
+    /// Sync the recording, then answer.
+    Sync(SyncSender<()>),
+}
+
+/// A thread that owns the outlets. Where the disk is slower than the run, the run waits rather than losing a recording.
+pub struct Writer {
+    jobs: Option<SyncSender<Job>>,
+    thread: Option<JoinHandle<Result<Summary, SinkError>>>,
+}
+
+impl Writer {
+    /// Starts the thread; `depth` jobs may wait for it.
+    ///
+    /// # Errors
+    /// If the system has no thread left.
+    pub fn spawn(outlets: Outlets, depth: usize) -> std::io::Result<Self> {
+        let (jobs, queue) = sync_channel(depth);
+        let thread = std::thread::Builder::new().name("snapshots".into()).spawn(move || work(outlets, &queue))?;
+        Ok(Self { jobs: Some(jobs), thread: Some(thread) })
+    }
+
+    /// Hands over one job; waits only while `depth` others are waiting.
+    ///
+    /// # Errors
+    /// What an earlier job failed with; the outlets are closed then.
+    pub fn send(&mut self, job: Job) -> Result<(), SinkError> {
+        match self.jobs.as_ref().map(|jobs| jobs.send(job)) {
+            Some(Ok(())) => Ok(()),
+            // The thread has gone, and says why.
+            _ => Err(self.join().err().unwrap_or(SinkError::Panicked)),
+        }
+    }
+
+    /// Waits until all jobs handed over so far are done and on the disk.
+    ///
+    /// # Errors
+    /// What a job failed with.
+    pub fn sync(&mut self) -> Result<(), SinkError> {
+        let (answer, done) = sync_channel(1);
+        self.send(Job::Sync(answer))?;
+        match done.recv() {
+            Ok(()) => Ok(()),
+            Err(_) => Err(self.join().err().unwrap_or(SinkError::Panicked)),
+        }
+    }
+
+    /// Does the jobs that wait, then finishes all files.
+    ///
+    /// # Errors
+    /// What a job or the end failed with.
+    pub fn finish(mut self) -> Result<Summary, SinkError> {
+        self.join()
+    }
+
+    fn join(&mut self) -> Result<Summary, SinkError> {
+        self.jobs = None;
+        match self.thread.take().map(JoinHandle::join) {
+            Some(Ok(result)) => result,
+            _ => Err(SinkError::Panicked),
+        }
+    }
+}
+
+impl Drop for Writer {
+    /// An abandoned writer still finishes its files.
+    fn drop(&mut self) {
+        if self.thread.is_some() {
+            let _ = self.join();
+        }
+    }
+}
+
+/// The thread's life: jobs until the channel closes or one fails; the files are finished in both cases.
+fn work(mut outlets: Outlets, queue: &Receiver<Job>) -> Result<Summary, SinkError> {
+    let mut snapshots = 0;
+    let mut failure = None;
+    for job in queue {
+        let done = match job {
+            Job::Snapshot(bytes, targets) => outlets.deliver(&bytes, targets).map(|()| snapshots += 1),
+            Job::Encode(encode, targets) => outlets.deliver(&encode(), targets).map(|()| snapshots += 1),
+            Job::Sync(answer) => outlets.sync().map(|()| {
+                // A caller that no longer listens needs no answer.
+                let _ = answer.send(());
+            }),
+        };
+        if let Err(e) = done {
+            failure = Some(e);
+            break;
+        }
+    }
+    let finished = outlets.finish();
+    match failure {
+        Some(e) => Err(e),
+        None => finished.map(|summary| Summary { snapshots, ..summary }),
+    }
+}

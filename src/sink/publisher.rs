@@ -1,0 +1,164 @@
+//! Publishing snapshots through shared memory: a slow, stopped or killed reader never holds the run up.
+
+use super::SinkError;
+use crate::wire::domain::{self, Block};
+use crate::wire::{Header, Kind};
+use iceoryx2::port::notifier::Notifier;
+use iceoryx2::port::publisher::Publisher as Port;
+use iceoryx2::prelude::{
+    AllocationStrategy, EventId, LogLevel, Node, NodeBuilder, SignalHandlingMode, ipc_threadsafe, set_log_level,
+};
+use iceoryx2::service::builder::publish_subscribe::PublishSubscribeOpenOrCreateError;
+use std::path::{Path, PathBuf};
+
+type Service = ipc_threadsafe::Service;
+
+/// Publishes the topics of one run; may move to another thread.
+pub struct Publisher {
+    topics: Vec<Topic>,
+    dropped: u64,
+    // Declared last: ports close before the node that owns them.
+    _node: Node<Service>,
+}
+
+struct Topic {
+    kind: Kind,
+    max: usize,
+    port: Port<Service, [Block], Header>,
+    notifier: Notifier<Service>,
+}
+
+impl Publisher {
+    /// Opens one service per topic, each for messages up to the given length.
+    ///
+    /// # Errors
+    /// If shared memory is too small, the name is taken, or iceoryx2 refuses.
+    pub fn open(run: &str, topics: &[(Kind, usize)]) -> Result<Self, SinkError> {
+        set_log_level(LogLevel::Error);
+        check_space(topics)?;
+        let failed = |what, reason: String| SinkError::Ipc { what, name: run.into(), reason };
+        let config = domain::config().map_err(|e| failed("name the shared-memory domain", format!("{e:?}")))?;
+        let node = NodeBuilder::new()
+            .config(&config)
+            .signal_handling_mode(SignalHandlingMode::Disabled)
+            .create::<Service>()
+            .map_err(|e| failed("join the shared-memory domain", format!("{e:?}; who owns {}?", config.global.root_path())))?;
+        // What killed runs left behind would otherwise count against the limits below.
+        node.try_cleanup_dead_nodes();
+        let topics = topics.iter().map(|(kind, max)| Topic::open(&node, run, *kind, *max)).collect::<Result<_, _>>()?;
+        Ok(Self { topics, dropped: 0, _node: node })
+    }
+
+    /// Publishes one message; returns how many subscribers it reached. A message for which no memory is left, since
+    /// subscribers hold it all, is dropped and counted.
+    ///
+    /// # Errors
+    /// If the topic was not opened, the message is longer than announced, or iceoryx2 fails.
+    pub fn publish(&mut self, bytes: &[u8]) -> Result<usize, SinkError> {
+        let header = crate::wire::Snapshot::parse(bytes)?.header;
+        let kind = header.kind()?;
+        let topic = self.topics.iter().find(|t| t.kind == kind).ok_or(SinkError::NotOpen(kind.topic()))?;
+        if bytes.len() > topic.max {
+            return Err(SinkError::TooLong { topic: kind.topic(), bytes: bytes.len(), max: topic.max });
+        }
+        // Messages are a multiple of a block long.
+        let blocks = bytes.as_chunks::<16>().0;
+        let Ok(mut sample) = topic.port.loan_slice_uninit(blocks.len()) else {
+            self.dropped += 1;
+            return Ok(0);
+        };
+        *sample.user_header_mut() = header;
+        let failed = |what, reason: String| SinkError::Ipc { what, name: kind.topic().into(), reason };
+        let sent = sample.write_from_fn(|i| Block(blocks[i])).send();
+        let reached = sent.map_err(|e| failed("send a snapshot", format!("{e:?}")))?;
+        topic.notifier.notify().map_err(|e| failed("wake subscribers", format!("{e:?}")))?;
+        Ok(reached)
+    }
+
+    /// Messages dropped so far.
+    #[must_use]
+    pub fn dropped(&self) -> u64 {
+        self.dropped
+    }
+}
+
+impl Topic {
+    fn open(node: &Node<Service>, run: &str, kind: Kind, max: usize) -> Result<Self, SinkError> {
+        let failed = |what, reason: String| SinkError::Ipc { what, name: format!("{run}/{}", kind.topic()), reason };
+        let name = domain::service(run, kind.topic()).map_err(|e| failed("name a service", format!("{e:?}")))?;
+        let service = node
+            .service_builder(&name)
+            .publish_subscribe::<[Block]>()
+            .user_header::<Header>()
+            .max_publishers(1)
+            .max_subscribers(domain::MAX_SUBSCRIBERS)
+            .history_size(1)
+            .subscriber_max_buffer_size(domain::BUFFER)
+            .subscriber_max_borrowed_samples(domain::MAX_BORROWED)
+            .enable_safe_overflow(true)
+            .open_or_create()
+            .map_err(|e| match e {
+                // Left open by subscribers of an earlier run with other limits.
+                PublishSubscribeOpenOrCreateError::PublishSubscribeOpenError(e) => {
+                    failed("open a service that subscribers of an earlier run still hold", format!("{e:?}"))
+                }
+                e => failed("open a service", format!("{e:?}")),
+            })?;
+        let events = node
+            .service_builder(&name)
+            .event()
+            .notifier_dropped_event(EventId::new(domain::EVENT_CLOSED))
+            .notifier_dead_event(EventId::new(domain::EVENT_DIED))
+            .open_or_create()
+            .map_err(|e| failed("open an event service", format!("{e:?}")))?;
+        let notifier = events
+            .notifier_builder()
+            .default_event_id(EventId::new(domain::EVENT_SENT))
+            .create()
+            .map_err(|e| failed("open a notifier", format!("{e:?}")))?;
+        let port = service
+            .publisher_builder()
+            .initial_max_slice_len(max.div_ceil(size_of::<Block>()))
+            .allocation_strategy(AllocationStrategy::Static)
+            .max_loaned_samples(1)
+            .override_sample_preallocation(|worst| worst.min(domain::SAMPLES))
+            .create()
+            .map_err(|e| match e {
+                iceoryx2::port::publisher::PublisherCreateError::ExceedsMaxSupportedPublishers => SinkError::Taken(run.into()),
+                e => failed("open a publisher", format!("{e:?}")),
+            })?;
+        Ok(Self { kind, max, port, notifier })
+    }
+}
+
+/// Memory is only set aside when it is first written to, and a write that finds none kills the process.
+fn check_space(topics: &[(Kind, usize)]) -> Result<(), SinkError> {
+    let path = Path::new("/dev/shm");
+    let Some(free) = free(path) else { return Ok(()) };
+    let need = topics.iter().map(|(_, max)| (*max as u64).saturating_mul(domain::SAMPLES as u64)).fold(0, u64::saturating_add);
+    if need <= free {
+        return Ok(());
+    }
+    let topics = topics.iter().map(|(kind, _)| kind.topic().to_owned()).collect();
+    Err(SinkError::SharedMemory { path: PathBuf::from(path), topics, need, free })
+}
+
+/// Bytes free at `path`; `None` where the system keeps shared memory elsewhere.
+#[cfg(unix)]
+fn free(path: &Path) -> Option<u64> {
+    use std::os::unix::ffi::OsStrExt;
+    let path = std::ffi::CString::new(path.as_os_str().as_bytes()).ok()?;
+    // SAFETY: `path` ends with a zero byte, and `stat` is a plain structure that statvfs fills.
+    #[allow(unsafe_code)]
+    let (status, stat) = unsafe {
+        let mut stat: libc::statvfs = std::mem::zeroed();
+        (libc::statvfs(path.as_ptr(), &raw mut stat), stat)
+    };
+    #[allow(clippy::unnecessary_cast)]
+    (status == 0).then(|| (stat.f_bavail as u64).saturating_mul(stat.f_frsize as u64))
+}
+
+#[cfg(not(unix))]
+fn free(_path: &Path) -> Option<u64> {
+    None
+}

@@ -1,0 +1,176 @@
+//! Recording a run: `run.mcap`, and `run.fluid.mcap` for the bulk of the fluid.
+
+use super::track::{Track, When};
+use super::{SinkError, scene};
+use crate::wire::{Kind, Particles, Snapshot, Squirmers};
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::BufWriter;
+use std::path::{Path, PathBuf};
+
+/// What made a recording.
+#[derive(Debug, Clone, PartialEq, Default, serde::Serialize)]
+pub struct Provenance {
+    /// Name of the run.
+    pub run: String,
+    /// Identity of the run, as in every header; hexadecimal in the file.
+    #[serde(serialize_with = "hexadecimal")]
+    pub run_id: [u8; 16],
+    /// Seed of the random numbers.
+    pub seed: u64,
+    /// Version of the program.
+    pub version: String,
+    /// Whatever else is known: device, driver, command line, source revision.
+    pub details: serde_json::Map<String, serde_json::Value>,
+}
+
+fn hexadecimal<S: serde::Serializer>(id: &[u8; 16], serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(&hex(id))
+}
+
+fn hex(id: &[u8; 16]) -> String {
+    id.iter().map(|b| format!("{b:02x}")).collect()
+}
+
+/// One finished file.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct FileInfo {
+    /// Where it is.
+    pub path: PathBuf,
+    /// Messages in it.
+    pub messages: u64,
+    /// Its length.
+    pub bytes: u64,
+}
+
+/// One file and the handle through which it is synced.
+struct Open {
+    track: Track<BufWriter<File>>,
+    file: File,
+}
+
+/// Writes snapshots into MCAP files. Call [`Recorder::finish`]: only it reports what goes wrong at the end.
+pub struct Recorder {
+    dir: PathBuf,
+    provenance: Provenance,
+    resolved: String,
+    run: Open,
+    fluid: Option<Open>,
+}
+
+impl Recorder {
+    /// Begins `run.mcap` in `dir`, which must exist. `resolved` is the pipeline with all its defaults.
+    ///
+    /// # Errors
+    /// If one of the files exists, or cannot be written.
+    pub fn create(dir: &Path, provenance: &Provenance, resolved: &str) -> Result<Self, SinkError> {
+        let fluid = dir.join("run.fluid.mcap");
+        if fluid.exists() {
+            return Err(SinkError::Exists(fluid));
+        }
+        let run = open(&dir.join("run.mcap"), provenance, resolved, 0)?;
+        Ok(Self { dir: dir.into(), provenance: provenance.clone(), resolved: resolved.into(), run, fluid: None })
+    }
+
+    /// Records one message and closes its chunk, so that a run that is killed loses at most the message being written.
+    ///
+    /// # Errors
+    /// If the bytes are no snapshot, or the file cannot be written; after that the file takes no more.
+    pub fn write(&mut self, bytes: &[u8]) -> Result<(), SinkError> {
+        let snapshot = Snapshot::parse(bytes)?;
+        let header = &snapshot.header;
+        #[allow(clippy::cast_possible_truncation)]
+        let when = When { nanoseconds: scene::nanoseconds(header.time), sequence: header.seq as u32 };
+        let track = match snapshot.kind() {
+            Kind::Particles => {
+                let particles = Particles::decode(&snapshot)?;
+                let track = &mut self.fluid()?.track;
+                track.snapshot("/squirm/particles", snapshot.bytes(), when)?;
+                // A chunk of their own keeps the points for viewers cheap to read.
+                track.flush()?;
+                track.view("/fluid/points", &scene::fluid_points(header, &particles), when)?;
+                track
+            }
+            Kind::Squirmers => {
+                let squirmers = Squirmers::decode(&snapshot)?;
+                let track = &mut self.run.track;
+                track.snapshot("/squirm/squirmers", snapshot.bytes(), when)?;
+                track.view("/tf", &scene::transform(header), when)?;
+                track.view("/squirmers/poses", &scene::poses(header, &squirmers), when)?;
+                track.view("/squirmers/scene", &scene::scene(header, &squirmers), when)?;
+                track.view("/squirmers/points", &scene::squirmer_points(header, &squirmers), when)?;
+                track
+            }
+            Kind::Scalars => {
+                self.run.track.snapshot("/squirm/scalars", snapshot.bytes(), when)?;
+                &mut self.run.track
+            }
+            Kind::Fields => {
+                self.run.track.snapshot("/squirm/fields", snapshot.bytes(), when)?;
+                &mut self.run.track
+            }
+        };
+        track.flush()
+    }
+
+    /// Waits until everything written so far is on the disk.
+    ///
+    /// # Errors
+    /// If the system cannot write it.
+    pub fn sync(&mut self) -> Result<(), SinkError> {
+        for open in [Some(&mut self.run), self.fluid.as_mut()].into_iter().flatten() {
+            open.track.flush()?;
+            open.file.sync_data().map_err(|e| SinkError::io(open.track.path(), e))?;
+        }
+        Ok(())
+    }
+
+    /// Writes summaries and indexes and waits until the files are on the disk. Every file is finished, also after a failure.
+    ///
+    /// # Errors
+    /// The first failure.
+    pub fn finish(self) -> Result<Vec<FileInfo>, SinkError> {
+        let finished: Vec<_> = [Some(self.run), self.fluid].into_iter().flatten().map(close).collect();
+        finished.into_iter().collect()
+    }
+
+    fn fluid(&mut self) -> Result<&mut Open, SinkError> {
+        let open = match self.fluid.take() {
+            Some(open) => open,
+            None => open(&self.dir.join("run.fluid.mcap"), &self.provenance, &self.resolved, 2)?,
+        };
+        Ok(self.fluid.insert(open))
+    }
+}
+
+fn open(path: &Path, provenance: &Provenance, resolved: &str, threads: u32) -> Result<Open, SinkError> {
+    let io = |e| SinkError::io(path, e);
+    let file = File::create_new(path).map_err(io)?;
+    let handle = file.try_clone().map_err(io)?;
+    let mut track = Track::new(path, BufWriter::with_capacity(1 << 16, file), threads)?;
+    track.attach("pipeline.toml", "application/toml", resolved)?;
+    let json = serde_json::to_string_pretty(provenance).map_err(|e| io(e.into()))?;
+    track.attach("provenance.json", "application/json", &json)?;
+    let entries = [
+        ("run", provenance.run.clone()),
+        ("run_id", hex(&provenance.run_id)),
+        ("seed", provenance.seed.to_string()),
+        ("version", provenance.version.clone()),
+        ("units", "a (cell edge), m (particle mass), kT; tau = a sqrt(m/kT)".into()),
+        ("time_unit", "log_time counts 1 tau as 1 s".into()),
+    ];
+    track.metadata("squirm:run", entries.map(|(k, v)| (k.to_owned(), v)).into_iter().collect::<BTreeMap<_, _>>())?;
+    track.flush()?;
+    Ok(Open { track, file: handle })
+}
+
+fn close(open: Open) -> Result<FileInfo, SinkError> {
+    let Open { mut track, file } = open;
+    let path = track.path().to_owned();
+    let messages = track.finish()?;
+    let io = |e| SinkError::io(&path, e);
+    track.into_inner().into_inner().map_err(|e| io(e.into_error()))?;
+    file.sync_all().map_err(io)?;
+    let bytes = file.metadata().map_err(io)?.len();
+    Ok(FileInfo { path, messages, bytes })
+}

@@ -1,0 +1,264 @@
+//! Between the host's f64 state and the words that the GPU's buffers hold.
+
+use super::{Domain, Particle, Squirmer, State, System};
+use crate::buffers::{Sizes, SpeciesUniform, SquirmerState, SystemUniform};
+use crate::math::fixed::Scales;
+use glam::{DQuat, DVec3};
+
+const TURN: f64 = 4_294_967_296.0;
+
+/// A position as u32 fractions of a turn; across a slit it is kept strictly between the walls.
+#[must_use]
+pub fn pack_position(domain: &Domain, position: DVec3) -> [u32; 3] {
+    let period = domain.period();
+    let mut words = [0u32; 3];
+    for axis in 0..3 {
+        let length = f64::from(period[axis]);
+        let units = (position[axis] / length * TURN).round();
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+        let word = if axis == 1 && domain.walls.is_some() {
+            units.clamp(0.0, 2_147_483_647.0) as u32
+        } else {
+            units.rem_euclid(TURN) as u32
+        };
+        words[axis] = word;
+    }
+    words
+}
+
+/// The position that `words` stand for; across a slit a coordinate with the top bit set lies below the low wall.
+#[must_use]
+pub fn unpack_position(domain: &Domain, words: [u32; 3]) -> DVec3 {
+    let period = domain.period();
+    let mut position = DVec3::ZERO;
+    for axis in 0..3 {
+        #[allow(clippy::cast_possible_wrap)]
+        let units =
+            if axis == 1 && domain.walls.is_some() { f64::from(words[axis] as i32) } else { f64::from(words[axis]) };
+        position[axis] = units / TURN * f64::from(period[axis]);
+    }
+    position
+}
+
+#[allow(clippy::cast_possible_truncation)]
+fn single(v: DVec3) -> [f32; 3] {
+    [v.x as f32, v.y as f32, v.z as f32]
+}
+
+fn double(v: [f32; 3]) -> DVec3 {
+    DVec3::from_array(v.map(f64::from))
+}
+
+/// Positions (3 words per particle) and velocities (3 words per particle).
+#[must_use]
+pub fn pack_particles(domain: &Domain, particles: &[Particle]) -> (Vec<u32>, Vec<f32>) {
+    let positions = particles.iter().flat_map(|p| pack_position(domain, p.position)).collect();
+    let velocities = particles.iter().flat_map(|p| single(p.velocity)).collect();
+    (positions, velocities)
+}
+
+/// The inverse of [`pack_particles`].
+#[must_use]
+pub fn unpack_particles(domain: &Domain, positions: &[u32], velocities: &[f32]) -> Vec<Particle> {
+    positions
+        .chunks_exact(3)
+        .zip(velocities.chunks_exact(3))
+        .map(|(x, v)| Particle {
+            position: unpack_position(domain, [x[0], x[1], x[2]]),
+            velocity: double([v[0], v[1], v[2]]),
+        })
+        .collect()
+}
+
+/// Squirmers as the GPU has them.
+#[must_use]
+pub fn pack_squirmers(system: &System, squirmers: &[Squirmer]) -> Vec<SquirmerState> {
+    squirmers
+        .iter()
+        .map(|s| {
+            let position = pack_position(&system.domain, s.position);
+            #[allow(clippy::cast_possible_truncation)]
+            let orientation = s.orientation.to_array().map(|c| c as f32);
+            SquirmerState {
+                position,
+                species: u32::try_from(s.species).expect("species are few"),
+                orientation,
+                velocity: single(s.velocity),
+                angular_momentum: single(s.angular_momentum),
+                position_before: position,
+                orientation_before: orientation,
+                ..SquirmerState::default()
+            }
+        })
+        .collect()
+}
+
+/// The inverse of [`pack_squirmers`].
+#[must_use]
+pub fn unpack_squirmers(system: &System, states: &[SquirmerState]) -> Vec<Squirmer> {
+    states
+        .iter()
+        .map(|s| Squirmer {
+            species: s.species as usize,
+            position: unpack_position(&system.domain, s.position),
+            orientation: DQuat::from_array(s.orientation.map(f64::from)).normalize(),
+            velocity: double(s.velocity),
+            angular_momentum: double(s.angular_momentum),
+        })
+        .collect()
+}
+
+/// Species as the GPU has them.
+#[must_use]
+#[allow(clippy::cast_possible_truncation)]
+pub fn pack_species(system: &System) -> Vec<SpeciesUniform> {
+    system
+        .species
+        .iter()
+        .map(|s| {
+            let ghosts = s.ghosts(&system.fluid);
+            let (along, across) = s.spheroid().inertia(f64::from(ghosts));
+            SpeciesUniform {
+                across: s.semi_axes.across as f32,
+                along: s.semi_axes.along as f32,
+                b1: s.b1 as f32,
+                b2: (s.b1 * s.beta) as f32,
+                rotlet: s.rotlet as f32,
+                mass: ghosts as f32,
+                inertia_along: along as f32,
+                inertia_across: across as f32,
+                ghosts,
+                held: u32::from(s.held),
+                ..SpeciesUniform::default()
+            }
+        })
+        .collect()
+}
+
+/// How many elements every extent has.
+#[must_use]
+pub fn sizes(system: &System, particles: u64) -> Sizes {
+    let cells = system.domain.cells();
+    let walled = system.domain.walls.is_some();
+    let ghosts = system.species.iter().map(|s| s.ghosts(&system.fluid)).max().unwrap_or(0);
+    Sizes {
+        particles,
+        cells: cells.iter().map(|n| u64::from(*n)).product(),
+        wall_cells: if walled { 2 * u64::from(cells[0]) * u64::from(cells[2]) } else { 0 },
+        squirmers: u64::from(system.squirmer_count()),
+        species: system.species.len() as u64,
+        ghost_stride: u64::from(ghosts.next_multiple_of(64)),
+        box_edge: u64::from(box_edge(system)),
+        bins: bins(system).iter().map(|n| u64::from(*n)).product(),
+        coarse: 0,
+        samples: 0,
+    }
+}
+
+/// Largest semi-axis of any species; 0 without squirmers.
+#[must_use]
+pub fn longest_semi_axis(system: &System) -> f64 {
+    system.species.iter().map(|s| s.semi_axes.along.max(s.semi_axes.across)).fold(0.0, f64::max)
+}
+
+/// Distance from a squirmer within which a particle can meet it in one step: half the longest path of one step.
+#[must_use]
+pub fn collision_margin(system: &System) -> f64 {
+    let speed = Scales::new(system.fluid.density, system.fluid.temperature).max_speed;
+    0.5 * speed * system.run.dt
+}
+
+/// Cells along the edge of the box around a squirmer that holds every particle near it.
+#[must_use]
+pub fn box_edge(system: &System) -> u32 {
+    if system.species.is_empty() {
+        return 0;
+    }
+    // Half the diagonal of a cell, since cells are judged by their centres, and one cell for the centre's own place in its cell.
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+    let edge = (2.0 * (longest_semi_axis(system) + collision_margin(system) + 0.8661)).ceil() as u32;
+    edge + 2
+}
+
+/// Bins per axis of the squirmers' pair search: none narrower than the reach of the steric force.
+#[must_use]
+pub fn bins(system: &System) -> [u32; 3] {
+    let reach = 2.0 * (longest_semi_axis(system) + STERIC_ALLOWANCE);
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+    system.domain.size.map(|n| ((f64::from(n) / reach).floor() as u32).clamp(1, 64))
+}
+
+/// Room for the safety distance and the range of the steric force, per squirmer, in a.
+pub const STERIC_ALLOWANCE: f64 = 1.0;
+
+/// What every kernel knows of the run.
+#[must_use]
+#[allow(clippy::cast_possible_truncation)]
+pub fn system_uniform(system: &System, particles: u64) -> SystemUniform {
+    let domain = &system.domain;
+    let scales = Scales::new(system.fluid.density, system.fluid.temperature);
+    let sizes = sizes(system, particles);
+    let small = |n: u64| u32::try_from(n).expect("extents fit in 32 bits");
+    let walls = domain.walls.as_ref();
+    let wall = |pick: fn(&super::Walls) -> [f64; 3]| walls.map_or([0.0; 3], pick).map(|c| c as f32);
+    SystemUniform {
+        size: domain.size,
+        walled: u32::from(walls.is_some()),
+        cells: domain.cells(),
+        slip: u32::from(walls.is_some_and(|w| w.condition == "slip")),
+        period: domain.period(),
+        cell_count: small(sizes.cells),
+        units: domain.period().map(|p| (TURN / f64::from(p)) as f32),
+        dt: system.run.dt as f32,
+        cell_per_unit: domain.period().map(|p| (f64::from(p) / TURN) as f32),
+        particle_count: small(particles),
+        acceleration: system.fluid.acceleration.map(|c| c as f32),
+        density: system.fluid.density as f32,
+        wall_low: wall(|w| w.velocity_low),
+        temperature: system.fluid.temperature as f32,
+        wall_high: wall(|w| w.velocity_high),
+        squirmer_count: system.squirmer_count(),
+        seed_low: system.run.seed as u32,
+        seed_high: (system.run.seed >> 32) as u32,
+        ghost_stride: small(sizes.ghost_stride),
+        box_edge: small(sizes.box_edge),
+        bins: bins(system),
+        max_count: scales.max_count,
+        scale_velocity: scales.velocity as f32,
+        scale_energy: scales.energy as f32,
+        scale_coarse: scales.energy_coarse as f32,
+        scale_position: scales.position as f32,
+        scale_second: scales.second as f32,
+        scale_mixed: scales.mixed as f32,
+        max_speed: scales.max_speed as f32,
+        thermal_speed: system.fluid.temperature.sqrt() as f32,
+    }
+}
+
+/// A 128-bit digest of the state that does not depend on the order of the particles in memory: the sum of their hashes, and the
+/// hash of the squirmers in order.
+#[must_use]
+pub fn digest(positions: &[u32], velocities: &[f32], squirmers: &[SquirmerState]) -> String {
+    let mut sum = 0u128;
+    for (x, v) in positions.chunks_exact(3).zip(velocities.chunks_exact(3)) {
+        let mut bytes = [0u8; 24];
+        bytes[..12].copy_from_slice(bytemuck::cast_slice(x));
+        bytes[12..].copy_from_slice(bytemuck::cast_slice(v));
+        let hash = blake3::hash(&bytes);
+        sum = sum.wrapping_add(u128::from_le_bytes(hash.as_bytes()[..16].try_into().expect("16 bytes")));
+    }
+    let mut hasher = blake3::Hasher::new();
+    hasher.update(&sum.to_le_bytes());
+    hasher.update(bytemuck::cast_slice(squirmers));
+    hasher.finalize().to_hex()[..32].to_owned()
+}
+
+/// Reads back the state.
+#[must_use]
+pub fn unpack(system: &System, step: u64, positions: &[u32], velocities: &[f32], squirmers: &[SquirmerState]) -> State {
+    State {
+        step,
+        particles: unpack_particles(&system.domain, positions, velocities),
+        squirmers: unpack_squirmers(system, squirmers),
+    }
+}
