@@ -1,1 +1,9 @@
-fn main() {}
+//! The command `squirm`.
+#![deny(missing_docs)]
+#![deny(unsafe_code)]
+
+mod cli;
+
+fn main() -> std::process::ExitCode {
+    cli::main()
+}

@@ -1,5 +1,11 @@
 //! The plan of a run: the validated list of stages and outputs over the buffers of the catalogue.
 
+pub mod draw;
+pub mod freshness;
+pub mod kernels;
 pub mod plan;
+pub mod sizes;
 
+pub use kernels::{Kernel, Use, kernels};
 pub use plan::{Output, Plan, PlannedStage};
+pub use sizes::{bins, memory, sizes};

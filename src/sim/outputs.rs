@@ -5,7 +5,7 @@ use super::{Options, RunError};
 use crate::gpu::measure::Wanted;
 use crate::gpu::{Measurement, Reading, Session};
 use crate::graph::{Output, Plan};
-use crate::sink::outlets::{Job, Outlets, Summary, Targets, Writer};
+use crate::sink::{Job, Outlets, Summary, Targets, Writer};
 use crate::sink::{Provenance, Publisher, Recorder, Tables};
 use crate::state::System;
 use crate::wire::{Kind, Stamp};

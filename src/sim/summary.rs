@@ -148,7 +148,7 @@ impl Summary {
         books: &Books,
         mut speed: Speed,
         gpu_bytes: u64,
-        sinks: sink::outlets::Summary,
+        sinks: sink::Summary,
         digest: String,
     ) -> Self {
         let (temperature, error) = books.temperature();

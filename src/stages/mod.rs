@@ -9,8 +9,8 @@ pub mod shift_grid;
 pub mod sort_reorder;
 pub mod squirmer_collide;
 pub mod squirmer_fill;
-pub mod stream;
 pub mod squirmer_move;
+pub mod stream;
 pub mod wall_ghosts;
 
 pub use entry::{Entry, Finding, Gravity, Phase, Stage};

@@ -1,0 +1,39 @@
+//! `squirm graph`: the stages of a pipeline file and the buffers between them.
+
+use super::{RUN_FAILED, load, print, render};
+use squirm::graph::{draw, kernels};
+use std::path::Path;
+use std::process::ExitCode;
+
+/// What a drawing is made of.
+#[derive(Debug, Clone, Copy, clap::ValueEnum)]
+pub enum Format {
+    /// A table of characters.
+    Terminal,
+    /// Graphviz.
+    Dot,
+    /// Mermaid, which Markdown viewers draw.
+    Mermaid,
+}
+
+/// Draws a file.
+pub fn graph(file: &Path, format: Format, overrides: &[String]) -> ExitCode {
+    let loaded = match load(file, overrides) {
+        Ok(loaded) => loaded,
+        Err(code) => return code,
+    };
+    render::all(&loaded.warnings, &loaded.sources);
+    let plan = &loaded.plan;
+    let stages: Vec<_> = plan.stages.iter().map(|s| (s.entry, (s.entry.every)(&s.values) == 1)).collect();
+    match kernels(&stages) {
+        Ok(kernels) => print(&match format {
+            Format::Terminal => draw::terminal(&kernels),
+            Format::Dot => draw::dot(&plan.name, &kernels),
+            Format::Mermaid => draw::mermaid(&kernels),
+        }),
+        Err(error) => {
+            eprintln!("error: a shader is not valid: {error}");
+            ExitCode::from(RUN_FAILED)
+        }
+    }
+}

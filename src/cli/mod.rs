@@ -1,0 +1,126 @@
+//! The command line: what it accepts, and where each subcommand goes.
+
+mod adapters;
+mod check;
+mod export;
+mod graph;
+mod render;
+mod run;
+mod stages;
+
+use clap::{CommandFactory, Parser, Subcommand};
+use squirm::config::{self, Failure, Loaded};
+use squirm::diag::{Diagnostic, Sources};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+/// The exit status of a run that failed.
+const RUN_FAILED: u8 = 1;
+
+/// The exit status of a wrong command line or pipeline file; clap uses the same.
+const WRONG_USAGE: u8 = 2;
+
+/// Spheroidal squirmers in a fluid of millions of particles.
+#[derive(Debug, Parser)]
+#[command(version, after_help = "Exit status: 0 success, 1 the run failed, 2 the command line or a pipeline file is wrong.")]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Run a pipeline file.
+    Run(run::Args),
+    /// Check pipeline files without a GPU, and print what they mean.
+    Check {
+        /// Pipeline files.
+        #[arg(required = true)]
+        files: Vec<PathBuf>,
+        #[command(flatten)]
+        overrides: Overrides,
+    },
+    /// Draw the stages of a pipeline file and the buffers between them.
+    Graph {
+        /// Pipeline file.
+        file: PathBuf,
+        /// What to draw with.
+        #[arg(long, value_enum, default_value_t = graph::Format::Terminal)]
+        format: graph::Format,
+        #[command(flatten)]
+        overrides: Overrides,
+    },
+    /// Document the stages and their parameters.
+    Stages {
+        /// One kind of stage; all of them if left out. `all` also lists the sections of the file.
+        kind: Option<String>,
+    },
+    /// Print the JSON Schema of pipeline files, for completion in editors.
+    Schema,
+    /// List the GPUs (and CPU drivers) that a run can use.
+    Adapters,
+    /// Convert a recorded run to tables.
+    Export(export::Args),
+    /// Print a completion script for a shell.
+    Completions {
+        /// The shell.
+        shell: clap_complete::Shell,
+    },
+}
+
+/// Overrides of a pipeline file.
+#[derive(Debug, clap::Args)]
+struct Overrides {
+    /// Override a value, as in --set run.steps=200, --set squirmers.puller.b1=0.1, --set stage.rotate.angle=120.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    set: Vec<String>,
+}
+
+/// Runs the command line of this process.
+pub fn main() -> ExitCode {
+    match Cli::parse().command {
+        Command::Run(args) => run::run(&args),
+        Command::Check { files, overrides } => check::check(&files, &overrides.set),
+        Command::Graph { file, format, overrides } => graph::graph(&file, format, &overrides.set),
+        Command::Stages { kind } => stages::stages(kind.as_deref()),
+        Command::Schema => print(&config::schema()),
+        Command::Adapters => adapters::adapters(),
+        Command::Export(args) => export::export(&args),
+        Command::Completions { shell } => {
+            let mut script = Vec::new();
+            clap_complete::generate(shell, &mut Cli::command(), "squirm", &mut script);
+            print(&String::from_utf8_lossy(&script))
+        }
+    }
+}
+
+/// Writes to standard output; a closed pipe, as after `| head`, is no failure.
+fn print(text: &str) -> ExitCode {
+    use std::io::{ErrorKind, Write};
+    match std::io::stdout().lock().write_all(text.as_bytes()) {
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => {
+            eprintln!("error: cannot write to standard output: {error}");
+            ExitCode::from(RUN_FAILED)
+        }
+        _ => ExitCode::SUCCESS,
+    }
+}
+
+/// Reads and checks a pipeline file, and prints its errors; warnings are the caller's to print.
+fn load(file: &Path, overrides: &[String]) -> Result<Loaded, ExitCode> {
+    let name = file.display().to_string();
+    let text = std::fs::read(file).map_err(|error| error.to_string()).and_then(|bytes| {
+        String::from_utf8(bytes).map_err(|error| format!("it is no UTF-8 text: {}", error.utf8_error()))
+    });
+    let text = text.map_err(|error| {
+        let diagnostic = Diagnostic::error(format!("the pipeline file {name} cannot be read: {error}"))
+            .help("give the path of a pipeline file, such as pipelines/quickstart.toml");
+        render::all(&[diagnostic], &Sources::default());
+        ExitCode::from(WRONG_USAGE)
+    })?;
+    let base = file.parent().unwrap_or(Path::new(""));
+    config::load(&name, &text, overrides, base).map_err(|Failure { sources, diagnostics }| {
+        render::all(&diagnostics, &sources);
+        ExitCode::from(WRONG_USAGE)
+    })
+}

@@ -1,0 +1,283 @@
+//! What a pipeline file means: dimensionless numbers, mobilities, memory and disk, all without a GPU.
+
+use super::Loaded;
+use super::check::{SOUND, restores};
+use crate::graph::{self, Output, Plan, bins, memory, sizes};
+use crate::math::mobility::Friction;
+use crate::math::transport::{Rule, Transport};
+use crate::params::Value;
+use std::fmt;
+
+/// Nanoseconds per particle and step of a data-centre GPU, for estimates of duration.
+const GPU_PACE: f64 = 0.06;
+
+/// Samples that shared memory keeps of each topic: what four subscribers hold (two each), two that wait, two being written.
+const SHARED_SAMPLES: u64 = 12;
+
+/// Bytes of a message before its rows: header, column table, species table.
+const MESSAGE_HEAD: u64 = 1024;
+
+/// Everything that `squirm check` prints.
+#[derive(Debug, Clone)]
+pub struct Meaning {
+    /// Name of the run.
+    pub name: String,
+    /// Fluid particles.
+    pub particles: u64,
+    /// Collision cells.
+    pub cells: u64,
+    /// Steps, time step, temperature.
+    pub run: (u64, f64, f64),
+    /// Transport coefficients; `None` without a rotation.
+    pub transport: Option<Transport>,
+    /// Largest velocity of the pressure-driven flow between the walls, sqrt(kT/m); 0 without one.
+    pub flow_speed: f64,
+    /// Squirmers by species.
+    pub species: Vec<SpeciesMeaning>,
+    /// Share of the box that bodies fill.
+    pub volume_fraction: f64,
+    /// Bins of the squirmers' pair search.
+    pub bins: [u32; 3],
+    /// Buffers on the GPU with their bytes.
+    pub memory: Vec<(&'static str, u64)>,
+    /// Bytes of shared memory.
+    pub shared: u64,
+    /// Bytes written per step, averaged; before compression.
+    pub disk_per_step: f64,
+}
+
+/// One species in numbers.
+#[derive(Debug, Clone)]
+pub struct SpeciesMeaning {
+    /// Its name.
+    pub name: String,
+    /// How many.
+    pub count: u32,
+    /// Semi-axes along and across e, in a.
+    pub axes: (f64, f64),
+    /// Mass in m.
+    pub mass: f64,
+    /// Swim speed in an unbounded fluid, sqrt(kT/m).
+    pub speed: f64,
+    /// Mach number of the swim speed.
+    pub mach: f64,
+    /// Reynolds number gamma U0 b/eta with the longest semi-axis b.
+    pub reynolds: Option<f64>,
+    /// Peclet number U0/(2 b D_R) with the rotational diffusion D_R across e.
+    pub peclet: Option<f64>,
+    /// Friction per viscosity.
+    pub friction: Friction,
+    /// Diffusion along e, across e (a^2/tau), about e, and across e (1/tau).
+    pub diffusion: Option<[f64; 4]>,
+}
+
+/// What a loaded file means.
+#[must_use]
+pub fn meaning(loaded: &Loaded) -> Meaning {
+    let Loaded { plan, particles, .. } = loaded;
+    let system = &plan.system;
+    let transport = rule(plan).map(|rule| rule.transport());
+    let mut elements = sizes(system);
+    elements.particles = *particles;
+    let stages: Vec<_> = plan.stages.iter().map(|s| (s.entry, (s.entry.every)(&s.values) == 1)).collect();
+    let kernels = graph::kernels(&stages).unwrap_or_default();
+    let memory = memory(&kernels, &elements).into_iter().map(|(b, bytes)| (b.name, bytes)).collect();
+    let flow_speed = match (&system.domain.walls, transport) {
+        (Some(walls), Some(t)) if walls.condition == "no-slip" => {
+            let g = system.fluid.acceleration[0].hypot(system.fluid.acceleration[2]);
+            // Poiseuille: u_max = gamma g L^2/(8 eta).
+            system.fluid.density * g * f64::from(system.domain.size[1]).powi(2) / (8.0 * t.viscosity)
+        }
+        _ => 0.0,
+    };
+    Meaning {
+        name: plan.name.clone(),
+        particles: *particles,
+        cells: elements.cells,
+        run: (system.run.steps, system.run.dt, system.fluid.temperature),
+        transport,
+        flow_speed,
+        species: (0..system.species.len()).map(|i| species(plan, i, transport)).collect(),
+        volume_fraction: 1.0 - system.fluid_volume() / system.domain.volume(),
+        bins: bins(system),
+        memory,
+        shared: shared(plan, *particles),
+        disk_per_step: plan.outputs.iter().map(|o| disk(plan, o, *particles)).sum(),
+    }
+}
+
+/// The collision rule of the list, if it rotates.
+fn rule(plan: &Plan) -> Option<Rule> {
+    let rotate = plan.stages.iter().find(|s| s.entry.kind == "rotate")?;
+    let angle = match rotate.values.get("angle") {
+        Some(Value::Float(angle)) => *angle,
+        _ => return None,
+    };
+    let fluid = &plan.system.fluid;
+    let angular_momentum = plan.stages.iter().any(|s| restores(s.entry.kind, &s.values).0);
+    let rule =
+        Rule { density: fluid.density, temperature: fluid.temperature, dt: plan.system.run.dt, angle, angular_momentum };
+    (fluid.density > 0.0 && angle > 0.0).then_some(rule)
+}
+
+fn species(plan: &Plan, index: usize, transport: Option<Transport>) -> SpeciesMeaning {
+    let (system, species) = (&plan.system, &plan.system.species[index]);
+    let shape = species.spheroid();
+    let friction = Friction::of(shape);
+    let speed = shape.swim_speed(species.b1);
+    let longest = shape.along.max(shape.across);
+    let temperature = system.fluid.temperature;
+    let active = speed != 0.0;
+    let diffusion = transport.map(|t| {
+        [friction.along, friction.across, friction.spin, friction.tumble].map(|zeta| temperature / (zeta * t.viscosity))
+    });
+    SpeciesMeaning {
+        name: species.name.clone(),
+        count: species.count,
+        axes: (shape.along, shape.across),
+        mass: f64::from(species.ghosts(&system.fluid)),
+        speed,
+        mach: speed.abs() / (SOUND * temperature.sqrt()),
+        reynolds: transport.filter(|_| active).map(|t| system.fluid.density * speed.abs() * longest / t.viscosity),
+        peclet: diffusion.filter(|_| active).map(|d| speed.abs() / (2.0 * longest * d[3])),
+        friction,
+        diffusion,
+    }
+}
+
+/// Bytes of one message of a topic.
+fn message(plan: &Plan, output: &Output, topic: &str, particles: u64) -> u64 {
+    let rows = match topic {
+        "squirmers" => u64::from(plan.system.squirmer_count()) * 120,
+        "scalars" => 2048,
+        "fields" => plan.system.domain.size.iter().map(|n| u64::from(n.div_ceil(output.block))).product::<u64>() * 16,
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, clippy::cast_precision_loss)]
+        _ => (particles as f64 * output.fraction).ceil() as u64 * 24,
+    };
+    MESSAGE_HEAD + rows
+}
+
+fn shared(plan: &Plan, particles: u64) -> u64 {
+    let topics = plan.outputs.iter().flat_map(|o| o.publish.iter().map(move |t| message(plan, o, t, particles)));
+    topics.sum::<u64>() * SHARED_SAMPLES
+}
+
+#[allow(clippy::cast_precision_loss)]
+fn disk(plan: &Plan, output: &Output, particles: u64) -> f64 {
+    let recorded: u64 = output.record.iter().map(|t| message(plan, output, t, particles)).sum();
+    // A number in a table takes about 12 characters where the message takes four bytes.
+    let tables: u64 = output.csv.iter().map(|t| 3 * (message(plan, output, t, particles) - MESSAGE_HEAD)).sum();
+    (recorded + tables) as f64 / output.every as f64
+}
+
+/// Bytes in the largest unit that keeps the number above one.
+fn bytes(count: f64) -> String {
+    let units = ["B", "kB", "MB", "GB", "TB", "PB"];
+    let (mut value, mut unit) = (count, 0);
+    while value >= 1000.0 && unit + 1 < units.len() {
+        value /= 1000.0;
+        unit += 1;
+    }
+    if unit == 0 { format!("{value:.0} B") } else { format!("{value:.3} {}", units[unit]) }
+}
+
+/// A whole number in groups of three digits.
+fn grouped(count: u64) -> String {
+    let digits = count.to_string();
+    let mut out = String::new();
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i) % 3 == 0 {
+            out.push(' ');
+        }
+        out.push(digit);
+    }
+    out
+}
+
+impl fmt::Display for Meaning {
+    #[allow(clippy::cast_precision_loss)]
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (steps, dt, temperature) = self.run;
+        writeln!(f, "{}", self.name)?;
+        let time = steps as f64 * dt;
+        writeln!(f, "  run        {} steps of {dt} tau = {time} tau", grouped(steps))?;
+        writeln!(f, "  size       {} cells, {} particles", grouped(self.cells), grouped(self.particles))?;
+        match &self.transport {
+            Some(t) => {
+                let (nu, kin, col) = (t.kinematic(), t.kinetic, t.collisional);
+                writeln!(f, "  viscosity  eta {:.4} sqrt(m kT)/a^2, nu {nu:.4} a^2/tau ({kin:.4} kinetic + {col:.4} collisional)", t.viscosity)?;
+                writeln!(f, "  diffusion  D {:.5} a^2/tau of a fluid particle; Schmidt number {:.1}", t.diffusion, t.schmidt())?;
+            }
+            None => writeln!(f, "  viscosity  none: no stage `rotate` lets the particles collide")?,
+        }
+        if self.flow_speed > 0.0 {
+            let mach = self.flow_speed / (SOUND * temperature.sqrt());
+            writeln!(f, "  flow       Poiseuille, largest velocity {:.4} sqrt(kT/m), Mach {mach:.3}", self.flow_speed)?;
+        }
+        for species in &self.species {
+            write!(f, "{species}")?;
+        }
+        if !self.species.is_empty() {
+            let [x, y, z] = self.bins;
+            writeln!(f, "  bodies     {:.1} % of the volume; {x} x {y} x {z} bins", 100.0 * self.volume_fraction)?;
+        }
+        self.resources(f)
+    }
+}
+
+impl Meaning {
+    #[allow(clippy::cast_precision_loss)]
+    fn resources(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let total: u64 = self.memory.iter().map(|(_, n)| n).sum();
+        write!(f, "  GPU        {}", bytes(total as f64))?;
+        let mut largest = self.memory.clone();
+        largest.sort_by_key(|(_, n)| std::cmp::Reverse(*n));
+        let names: Vec<String> = largest.iter().take(3).map(|(name, n)| format!("{name} {}", bytes(*n as f64))).collect();
+        writeln!(f, " ({})", names.join(", "))?;
+        writeln!(f, "  shared     {} of shared memory for analyzers", bytes(self.shared as f64))?;
+        let steps_per_hour = 3600e9 / (GPU_PACE * (self.particles.max(1_000_000)) as f64);
+        let hourly = self.disk_per_step * steps_per_hour;
+        let run = self.disk_per_step * self.run.0 as f64;
+        writeln!(
+            f,
+            "  disk       {} for the run, before compression; at most {} per hour ({:.0} steps/s on a data-centre GPU)",
+            bytes(run),
+            bytes(hourly),
+            steps_per_hour / 3600.0
+        )
+    }
+}
+
+impl fmt::Display for SpeciesMeaning {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (along, across) = self.axes;
+        let shape = match along.total_cmp(&across) {
+            std::cmp::Ordering::Greater => "prolate",
+            std::cmp::Ordering::Less => "oblate",
+            std::cmp::Ordering::Equal => "sphere",
+        };
+        writeln!(f, "  {}: {} x {shape}, {along} along, {across} across, mass {} m", self.name, self.count, self.mass)?;
+        if let (Some(reynolds), Some(peclet)) = (self.reynolds, self.peclet) {
+            let (speed, mach) = (self.speed, self.mach);
+            writeln!(f, "    swims      U0 {speed:.5} sqrt(kT/m), Reynolds {reynolds:.3}, Peclet {peclet:.1}, Mach {mach:.4}")?;
+        }
+        if let Some([along, across, spin, tumble]) = self.diffusion {
+            writeln!(f, "    mobility   D {along:.3e} along e, {across:.3e} across, a^2/tau (Perrin)")?;
+            writeln!(f, "               D_R {spin:.3e} about e, {tumble:.3e} across, 1/tau")?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_readable() {
+        assert_eq!(grouped(1_234_567), "1 234 567");
+        assert_eq!(grouped(12), "12");
+        assert_eq!(bytes(999.0), "999 B");
+        assert_eq!(bytes(1_500_000.0), "1.500 MB");
+    }
+}

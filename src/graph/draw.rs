@@ -1,0 +1,186 @@
+//! Drawings of a plan: stages, their kernels, and the buffers that flow between them.
+
+use super::kernels::Kernel;
+use std::fmt::Write;
+
+/// Settings that every kernel may bind; drawings leave them out.
+const BACKGROUND: [&str; 3] = ["system", "settings", "species"];
+
+/// Buffers a kernel uses that a drawing shows, with how: `r`, `w`, or `+` for both.
+fn shown(kernel: &Kernel) -> impl Iterator<Item = (&str, char)> {
+    kernel.uses.iter().filter(|u| !BACKGROUND.contains(&u.buffer.as_str())).map(|u| {
+        let how = match (u.read, u.write) {
+            (true, true) => '+',
+            (false, true) => 'w',
+            _ => 'r',
+        };
+        (u.buffer.as_str(), how)
+    })
+}
+
+/// Buffers in the order of their first use.
+fn columns(kernels: &[Kernel]) -> Vec<&str> {
+    let mut names: Vec<&str> = Vec::new();
+    for (name, _) in kernels.iter().flat_map(shown) {
+        if !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    names
+}
+
+/// A table for the terminal: a row for each kernel, a column for each buffer, named below by slanting lines.
+#[must_use]
+pub fn terminal(kernels: &[Kernel]) -> String {
+    let names = columns(kernels);
+    let label = |k: &Kernel, first: bool| {
+        let stage = if first { k.kind } else { "" };
+        let when = if k.receive { format!("{} (after apply)", k.entry) } else { k.entry.to_owned() };
+        (stage.to_owned(), when)
+    };
+    let heads: Vec<(String, String)> = kernels
+        .iter()
+        .enumerate()
+        .map(|(i, k)| {
+            let same = i > 0 && kernels[i - 1].stage == k.stage && kernels[i - 1].receive == k.receive;
+            label(k, !same)
+        })
+        .collect();
+    let width = |pick: fn(&(String, String)) -> &String| heads.iter().map(|h| pick(h).len()).max().unwrap_or(0);
+    let (stages, entries) = (width(|h| &h.0), width(|h| &h.1));
+    let mut text = String::from("r reads, w writes, + reads and writes; a step runs from top to bottom\n\n");
+    let margin = " ".repeat(stages + entries + 4);
+    for (i, name) in names.iter().enumerate() {
+        let _ = writeln!(text, "{margin}{}┌ {name}", "│ ".repeat(i));
+    }
+    for (kernel, (stage, entry)) in kernels.iter().zip(&heads) {
+        let _ = write!(text, "{stage:<stages$}  {entry:<entries$}  ");
+        let mut row = String::new();
+        for name in &names {
+            row.push(shown(kernel).find(|(n, _)| n == name).map_or('·', |(_, how)| how));
+            row.push(' ');
+        }
+        let _ = writeln!(text, "{}", row.trim_end());
+    }
+    text
+}
+
+/// Stages in order of their first kernel, each with how it uses every buffer.
+fn by_stage(kernels: &[Kernel]) -> Vec<(&'static str, Vec<(&str, bool, bool)>)> {
+    let mut stages: Vec<(usize, &'static str, Vec<(&str, bool, bool)>)> = Vec::new();
+    for kernel in kernels {
+        let at = stages.iter().position(|s| s.0 == kernel.stage).unwrap_or_else(|| {
+            stages.push((kernel.stage, kernel.kind, Vec::new()));
+            stages.len() - 1
+        });
+        for (name, how) in shown(kernel) {
+            let (read, write) = (how != 'w', how != 'r');
+            match stages[at].2.iter_mut().find(|(n, ..)| *n == name) {
+                Some((_, r, w)) => (*r, *w) = (*r || read, *w || write),
+                None => stages[at].2.push((name, read, write)),
+            }
+        }
+    }
+    stages.into_iter().map(|(_, kind, uses)| (kind, uses)).collect()
+}
+
+/// A graph in the language of Graphviz: boxes are stages, ellipses are buffers, a bold line is the order.
+#[must_use]
+pub fn dot(name: &str, kernels: &[Kernel]) -> String {
+    let mut text = format!("digraph \"{}\" {{\n  rankdir=LR;\n", name.replace(['"', '\\'], "_"));
+    let stages = by_stage(kernels);
+    for (kind, _) in &stages {
+        let _ = writeln!(text, "  \"stage {kind}\" [label=\"{kind}\", shape=box];");
+    }
+    for buffer in columns(kernels) {
+        let _ = writeln!(text, "  \"{buffer}\" [shape=ellipse];");
+    }
+    for pair in stages.windows(2) {
+        let _ = writeln!(text, "  \"stage {}\" -> \"stage {}\" [style=bold];", pair[0].0, pair[1].0);
+    }
+    for (kind, uses) in &stages {
+        for (buffer, read, write) in uses {
+            if *read {
+                let _ = writeln!(text, "  \"{buffer}\" -> \"stage {kind}\";");
+            }
+            if *write {
+                let _ = writeln!(text, "  \"stage {kind}\" -> \"{buffer}\";");
+            }
+        }
+    }
+    text.push_str("}\n");
+    text
+}
+
+/// The same graph in the language of Mermaid.
+#[must_use]
+pub fn mermaid(kernels: &[Kernel]) -> String {
+    let mut text = String::from("flowchart LR\n");
+    let stages = by_stage(kernels);
+    for (i, (kind, _)) in stages.iter().enumerate() {
+        let _ = writeln!(text, "  s{i}[\"{kind}\"]");
+    }
+    let buffers = columns(kernels);
+    for (i, buffer) in buffers.iter().enumerate() {
+        let _ = writeln!(text, "  b{i}([\"{buffer}\"])");
+    }
+    for i in 1..stages.len() {
+        let _ = writeln!(text, "  s{} ==> s{i}", i - 1);
+    }
+    for (i, (_, uses)) in stages.iter().enumerate() {
+        for (buffer, read, write) in uses {
+            let b = buffers.iter().position(|n| n == buffer).expect("columns holds every shown buffer");
+            if *read {
+                let _ = writeln!(text, "  b{b} --> s{i}");
+            }
+            if *write {
+                let _ = writeln!(text, "  s{i} --> b{b}");
+            }
+        }
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::kernels::Use;
+    use super::*;
+
+    fn kernels() -> Vec<Kernel> {
+        let used = |name: &str, read, write| Use { buffer: name.into(), read, write };
+        let kernel = |stage, kind, entry, receive, uses| Kernel { stage, kind, entry, receive, every_step: true, uses };
+        vec![
+            kernel(0, "sum", "clear", false, vec![used("system", true, false), used("moments", false, true)]),
+            kernel(0, "sum", "add", false, vec![used("positions", true, false), used("moments", true, true)]),
+            kernel(1, "apply", "apply", false, vec![used("moments", true, false)]),
+            kernel(0, "sum", "take", true, vec![used("moments", true, false)]),
+        ]
+    }
+
+    #[test]
+    fn the_terminal_has_a_row_for_each_kernel_and_a_column_for_each_buffer() {
+        let expected = "\
+r reads, w writes, + reads and writes; a step runs from top to bottom
+
+                           ┌ moments
+                           │ ┌ positions
+sum    clear               w ·
+       add                 + r
+apply  apply               r ·
+sum    take (after apply)  r ·
+";
+        assert_eq!(terminal(&kernels()), expected);
+    }
+
+    #[test]
+    fn graphs_have_both_kinds_of_nodes_and_directed_edges() {
+        let text = dot("a \"run\"", &kernels());
+        assert!(text.starts_with("digraph \"a _run_\" {"), "{text}");
+        assert!(text.contains("\"stage sum\" -> \"moments\";") && text.contains("\"moments\" -> \"stage sum\";"), "{text}");
+        assert!(text.contains("\"moments\" -> \"stage apply\";") && !text.contains("\"stage apply\" -> \"moments\";"));
+        assert!(!text.contains("system"));
+        let text = mermaid(&kernels());
+        assert!(text.contains("s0 ==> s1") && text.contains("b0 --> s1") && text.contains("b1 --> s0"), "{text}");
+        assert!(!text.contains("s1 --> b0"), "{text}");
+    }
+}

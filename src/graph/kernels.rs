@@ -1,0 +1,102 @@
+//! The kernels of one step in the order of execution, each with the buffers that it truly reads and writes.
+
+use crate::shader::{Module, ShaderError};
+use crate::stages::{Entry, Phase, REGISTRY};
+use std::collections::HashMap;
+use std::sync::{Mutex, PoisonError};
+
+/// The stage at which the particles receive their cells' operators, and ghosts theirs.
+pub const APPLY: &str = "apply";
+
+/// How a kernel uses one buffer.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Use {
+    /// Name in the catalogue.
+    pub buffer: String,
+    /// Its former content matters.
+    pub read: bool,
+    /// Its content changes.
+    pub write: bool,
+}
+
+/// One kernel of the step.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Kernel {
+    /// Index of its stage in the list.
+    pub stage: usize,
+    /// Kind of its stage.
+    pub kind: &'static str,
+    /// Its entry point.
+    pub entry: &'static str,
+    /// Whether it belongs to what the stage does once the collision has been applied.
+    pub receive: bool,
+    /// Whether it runs in every step.
+    pub every_step: bool,
+    /// What it binds.
+    pub uses: Vec<Use>,
+}
+
+/// The kernels of one step: the phases of each stage in list order; at `apply` also what the other stages receive.
+/// A stage is its entry and whether it runs in every step.
+///
+/// # Errors
+/// If the WGSL of a stage is not valid.
+pub fn kernels(stages: &[(&'static Entry, bool)]) -> Result<Vec<Kernel>, ShaderError> {
+    let mut list = Vec::new();
+    for (index, (entry, _)) in stages.iter().enumerate() {
+        push(&mut list, stages, index, entry.phases, false)?;
+        if entry.kind == APPLY {
+            for (other, (receiver, _)) in stages.iter().enumerate() {
+                push(&mut list, stages, other, receiver.receive, true)?;
+            }
+        }
+    }
+    Ok(list)
+}
+
+fn push(
+    list: &mut Vec<Kernel>,
+    stages: &[(&'static Entry, bool)],
+    stage: usize,
+    phases: &'static [Phase],
+    receive: bool,
+) -> Result<(), ShaderError> {
+    let (entry, every_step) = stages[stage];
+    for phase in phases {
+        let uses = uses(entry, phase.entry)?;
+        list.push(Kernel { stage, kind: entry.kind, entry: phase.entry, receive, every_step, uses });
+    }
+    Ok(())
+}
+
+/// What an entry point of a stage binds. Modules are reflected once for the life of the program.
+///
+/// # Errors
+/// If the WGSL of the stage is not valid.
+pub fn uses(entry: &'static Entry, point: &'static str) -> Result<Vec<Use>, ShaderError> {
+    type Known = HashMap<(&'static str, &'static str), Vec<Use>>;
+    static KNOWN: Mutex<Option<Known>> = Mutex::new(None);
+    let mut guard = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
+    let known = guard.get_or_insert_default();
+    if let Some(uses) = known.get(&(entry.kind, point)) {
+        return Ok(uses.clone());
+    }
+    let module = Module::of(entry)?;
+    for phase in entry.phases.iter().chain(entry.receive) {
+        let bound = module.bindings(phase.entry).iter();
+        let uses =
+            bound.map(|b| Use { buffer: b.name.clone(), read: b.access.read, write: b.access.write }).collect();
+        known.insert((entry.kind, phase.entry), uses);
+    }
+    Ok(known.get(&(entry.kind, point)).cloned().unwrap_or_default())
+}
+
+/// Kinds of stages that compute this buffer anew: the first of their kernels to bind it writes it without reading.
+#[must_use]
+pub fn makers(buffer: &str) -> Vec<&'static str> {
+    let makes = |entry: &&'static Entry| {
+        let mut uses = entry.phases.iter().filter_map(|p| uses(entry, p.entry).ok()).flatten();
+        uses.find(|u| u.buffer == buffer).is_some_and(|u| u.write && !u.read)
+    };
+    REGISTRY.iter().filter(makes).map(|e| e.kind).collect()
+}
