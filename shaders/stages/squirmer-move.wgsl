@@ -18,6 +18,7 @@ var<immediate> now: Now;
 const MOST_CONTACTS = 64u;
 
 // Moves the centre: whole coordinate units, the rest is kept in `remainder` so that slow motion is not lost.
+// More than an eighth of a turn at once is a fault.
 fn shifted(before: SquirmerState) -> SquirmerState {
     var s = before;
     let path = fma(s.velocity, settings.half_step * system.units, s.remainder);
