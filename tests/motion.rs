@@ -11,8 +11,15 @@ use squirm::stages::{self, Stage};
 use squirm::state::scene::Scene;
 use squirm::state::start::{nearest_image, start};
 use squirm::state::{Squirmer, State, System, packed};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 const KIND: &str = "squirmer-move";
+
+/// The tests of this file share one device: one at a time, so that none polls for another's readings.
+fn alone() -> MutexGuard<'static, ()> {
+    static TURN: Mutex<()> = Mutex::new(());
+    TURN.lock().unwrap_or_else(PoisonError::into_inner)
+}
 
 /// A slit or a periodic box crowded with prolate, oblate and spherical bodies, some of them held.
 fn crowd(walled: bool) -> (System, State) {
@@ -51,6 +58,7 @@ fn mass(system: &System, s: &Squirmer) -> f64 {
 
 #[test]
 fn crowds_move_as_in_the_reference() {
+    let _turn = alone();
     for (walled, substeps) in [(false, 1), (true, 3)] {
         let (system, state) = crowd(walled);
         let changes = [(KIND, "substeps", Value::Integer(substeps))];
@@ -103,6 +111,7 @@ fn crowds_move_as_in_the_reference() {
 /// Both partners of a pair compute it alike, so in a periodic box the fixed-point forces cancel exactly.
 #[test]
 fn action_equals_reaction_in_every_bit() {
+    let _turn = alone();
     let (system, state) = crowd(false);
     let plan = rig::plan(&system, &[KIND], &[]);
     let params = <SquirmerMove as squirm::params::Params>::from_values(&plan.stages[0].values);
@@ -124,6 +133,7 @@ fn action_equals_reaction_in_every_bit() {
 
 #[test]
 fn two_runs_agree_in_every_bit() {
+    let _turn = alone();
     let (system, state) = crowd(true);
     let run = || advance(&mut session(&system, &state.squirmers, &[]), 200);
     assert_eq!(bytemuck::cast_slice::<_, u8>(&run()), bytemuck::cast_slice::<_, u8>(&run()));
@@ -132,6 +142,7 @@ fn two_runs_agree_in_every_bit() {
 /// A step of a tenth of a coordinate unit is not lost, and crossings of the box are counted.
 #[test]
 fn slow_and_fast_centres_arrive() {
+    let _turn = alone();
     let mut system = rig::system([32, 32, 32]);
     system.run.dt = 0.125;
     system.species = vec![rig::species(2.0, 2.0, 0.0, 0.0)];
