@@ -20,6 +20,7 @@ var<immediate> now: Now;
 const MOST_CONTACTS = 64u;
 
 // Moves the centre: whole coordinate units, the rest is kept in `remainder` so that slow motion is not lost.
+// More than an eighth of a turn at once is a fault.
 fn shifted(before: SquirmerState) -> SquirmerState {
     var s = before;
     let path = fma(s.velocity, settings.half_step * system.units, s.remainder);
@@ -85,9 +86,10 @@ fn clear_bins(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) 
     atomicStore(&bin_heads[i], 0u);
 }
 
-// Bin of a position per axis, floor(position bins/2^32) from the upper 16 bits of the position.
+// Bin of a position per axis, from the upper 16 bits of its share of the box; in a slit the box is half a turn across.
 fn bin_of(position: vec3<u32>) -> vec3<u32> {
-    return ((position >> vec3<u32>(16u)) * system.bins) >> vec3<u32>(16u);
+    let share = vec3<u32>(position.x, position.y << system.walled, position.z) >> vec3<u32>(16u);
+    return (share * system.bins) >> vec3<u32>(16u);
 }
 
 fn bin_index(bin: vec3<u32>) -> u32 {
@@ -189,7 +191,7 @@ fn force(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) group
     // Bins that a partner in reach can lie in: each distinct bin once, also where the axis has few. The small term covers
     // the 16 bits that bin_of drops.
     let bins = vec3<f32>(system.bins);
-    let near = vec3<u32>(floor(fma(settings.reach / vec3<f32>(system.period), bins, bins * 3.0517578e-5))) + vec3<u32>(1u);
+    let near = vec3<u32>(floor(fma(settings.reach / vec3<f32>(system.size), bins, bins * 3.0517578e-5))) + vec3<u32>(1u);
     let every = 2u * near + vec3<u32>(1u) >= system.bins;
     let count = select(2u * near + vec3<u32>(1u), system.bins, every);
     let first = select(bin_of(position) + system.bins - near, vec3<u32>(0u), every);

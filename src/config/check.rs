@@ -34,10 +34,13 @@ pub fn system(system: &System, root: &Node, found: &mut Vec<Diagnostic>) {
         poses(species, system, &at, found);
         if let Some(first) = system.species[..index].iter().position(|s| s.name == species.name) {
             found.push(
-                Diagnostic::error(format!("two species are named \"{}\", so outputs could not tell them apart", species.name))
-                    .at(at.of(&["name"]), "again here")
-                    .at(Place { root, index: first.to_string() }.of(&["name"]), "first here")
-                    .help("give each [[squirmers]] a name of its own"),
+                Diagnostic::error(format!(
+                    "two species are named \"{}\", so outputs could not tell them apart",
+                    species.name
+                ))
+                .at(at.of(&["name"]), "again here")
+                .at(Place { root, index: first.to_string() }.of(&["name"]), "first here")
+                .help("give each [[squirmers]] a name of its own"),
             );
         }
     }
@@ -62,15 +65,19 @@ fn run(system: &System, root: &Node, found: &mut Vec<Diagnostic>) {
     let dt = root.place(&["run", "dt"]);
     if path > 1.0 {
         found.push(
-            Diagnostic::warning(format!("a particle flies {path:.2} cells between collisions, so the fluid is a thin gas"))
-                .at(dt, "large time step")
-                .help("liquids need dt from 0.01 to 0.1"),
+            Diagnostic::warning(format!(
+                "a particle flies {path:.2} cells between collisions, so the fluid is a thin gas"
+            ))
+            .at(dt, "large time step")
+            .help("liquids need dt from 0.01 to 0.1"),
         );
     } else if path < 0.005 {
         found.push(
-            Diagnostic::warning(format!("a particle flies only {path:.1e} cells between collisions: most steps do nothing"))
-                .at(dt, "small time step")
-                .help("0.01 to 0.1 is usual; the viscosity grows as 1/dt"),
+            Diagnostic::warning(format!(
+                "a particle flies only {path:.1e} cells between collisions: most steps do nothing"
+            ))
+            .at(dt, "small time step")
+            .help("0.01 to 0.1 is usual; the viscosity grows as 1/dt"),
         );
     }
     if system.fluid.density == 0.0 {
@@ -112,9 +119,11 @@ fn walls(system: &System, root: &Node, found: &mut Vec<Diagnostic>) {
     }
     if system.fluid.acceleration[1] != 0.0 {
         found.push(
-            Diagnostic::warning("the body force has a part across the slit, which only presses the fluid against a wall")
-                .at(root.place(&["fluid", "acceleration"]), "second number")
-                .help("write 0 as the second number"),
+            Diagnostic::warning(
+                "the body force has a part across the slit, which only presses the fluid against a wall",
+            )
+            .at(root.place(&["fluid", "acceleration"]), "second number")
+            .help("write 0 as the second number"),
         );
     }
 }
@@ -122,9 +131,11 @@ fn walls(system: &System, root: &Node, found: &mut Vec<Diagnostic>) {
 fn too_fast(mach: f64, what: &str, place: crate::diag::Span, found: &mut Vec<Diagnostic>) {
     if mach > MAX_MACH {
         found.push(
-            Diagnostic::warning(format!("{what} at Mach {mach:.2}, where the compressible fluid is no liquid any more"))
-                .at(place, "fast")
-                .help(format!("stay below Mach {MAX_MACH}")),
+            Diagnostic::warning(format!(
+                "{what} at Mach {mach:.2}, where the compressible fluid is no liquid any more"
+            ))
+            .at(place, "fast")
+            .help(format!("stay below Mach {MAX_MACH}")),
         );
     }
 }
@@ -153,10 +164,13 @@ fn fits(species: &Species, system: &System, at: &Place<'_>, found: &mut Vec<Diag
     let flight = system.run.dt * system.fluid.temperature.sqrt();
     if flight > shortest {
         found.push(
-            Diagnostic::error(format!("a particle flies {flight:.2} cells in a step and would jump over \"{}\"", species.name))
-                .at(at.root.place(&["run", "dt"]), "time step")
-                .at(at.of(&["semi_axes"]), format!("smallest semi-axis {shortest}"))
-                .help("take a smaller dt"),
+            Diagnostic::error(format!(
+                "a particle flies {flight:.2} cells in a step and would jump over \"{}\"",
+                species.name
+            ))
+            .at(at.root.place(&["run", "dt"]), "time step")
+            .at(at.of(&["semi_axes"]), format!("smallest semi-axis {shortest}"))
+            .help("take a smaller dt"),
         );
     }
 }
@@ -259,10 +273,13 @@ fn fraction(system: &System, root: &Node, found: &mut Vec<Diagnostic>) {
     let fraction = 1.0 - system.fluid_volume() / system.domain.volume();
     if fraction > MAX_FRACTION {
         found.push(
-            Diagnostic::error(format!("the squirmers fill {:.0} % of the box, so they cannot be placed", 100.0 * fraction))
-                .at(root.place(&["squirmers", "0", "count"]), "too many")
-                .at(root.place(&["box", "size"]), "for this box")
-                .help(format!("stay below {:.0} %", 100.0 * MAX_FRACTION)),
+            Diagnostic::error(format!(
+                "the squirmers fill {:.0} % of the box, so they cannot be placed",
+                100.0 * fraction
+            ))
+            .at(root.place(&["squirmers", "0", "count"]), "too many")
+            .at(root.place(&["box", "size"]), "for this box")
+            .help(format!("stay below {:.0} %", 100.0 * MAX_FRACTION)),
         );
     }
 }
@@ -308,9 +325,11 @@ fn pair_search(system: &System, stages: &[Listed], found: &mut Vec<Diagnostic>) 
     let narrowest = narrow.fold(f64::MAX, f64::min);
     if reach > narrowest {
         found.push(
-            Diagnostic::error(format!("steric forces reach {reach:.2}, beyond the bins of the pair search, {narrowest:.2}"))
-                .at(stage.span, "`safety` or `sigma` is large")
-                .help("keep safety and sigma near their defaults, or make the bodies themselves larger"),
+            Diagnostic::error(format!(
+                "steric forces reach {reach:.2}, beyond the bins of the pair search, {narrowest:.2}"
+            ))
+            .at(stage.span, "`safety` or `sigma` is large")
+            .help("keep safety and sigma near their defaults, or make the bodies themselves larger"),
         );
     }
 }
@@ -381,9 +400,12 @@ fn heating(system: &System, stages: &[Listed], root: &Node, found: &mut Vec<Diag
     let sources: Vec<&str> = source.iter().filter(|(on, _)| *on).map(|(_, name)| *name).collect();
     if !sources.is_empty() && !thermostat {
         found.push(
-            Diagnostic::warning(format!("no stage takes away the heat that {} put into the fluid", sources.join(" and ")))
-                .at(last, "no thermostat in this list")
-                .help("add a [[stage]] with kind = \"restore-thermostat\" and mode = \"thermostat\" after rotate"),
+            Diagnostic::warning(format!(
+                "no stage takes away the heat that {} put into the fluid",
+                sources.join(" and ")
+            ))
+            .at(last, "no thermostat in this list")
+            .help("add a [[stage]] with kind = \"restore-thermostat\" and mode = \"thermostat\" after rotate"),
         );
     }
     if !system.species.is_empty() && !momentum {
@@ -427,10 +449,13 @@ pub fn outputs(outputs: &[Output], system: &System, root: &Node, found: &mut Vec
         let fields = lists.iter().any(|(_, words)| words.iter().any(|w| w == "fields"));
         if fields && system.domain.size.iter().any(|edge| edge % output.block != 0) {
             found.push(
-                Diagnostic::warning(format!("blocks of {} cells do not divide the box {:?}: the last ones are cut", output.block, system.domain.size))
-                    .at(at("block"), "edge of the blocks")
-                    .at(root.place(&["box", "size"]), "box")
-                    .help("choose a block that divides every edge"),
+                Diagnostic::warning(format!(
+                    "blocks of {} cells do not divide the box {:?}: the last ones are cut",
+                    output.block, system.domain.size
+                ))
+                .at(at("block"), "edge of the blocks")
+                .at(root.place(&["box", "size"]), "box")
+                .help("choose a block that divides every edge"),
             );
         }
     }

@@ -119,7 +119,9 @@ fn check_buffers(listed: &[Listed], found: &mut Vec<Diagnostic>) {
         Ok(kernels) => kernels,
         Err(error) => {
             let message = format!("a shader of this program is not valid: {error}");
-            found.push(Diagnostic::error(message).help("this is a fault of the program, not of the file: please report it"));
+            found.push(
+                Diagnostic::error(message).help("this is a fault of the program, not of the file: please report it"),
+            );
             return;
         }
     };
@@ -172,10 +174,12 @@ fn stale_diagnostic(stale: &Stale, kernels: &[Kernel], listed: &[Listed]) -> Dia
         Cause::Occasional { kernel } => {
             let culprit = &kernels[*kernel];
             let other = culprit.kind;
-            Diagnostic::error(format!("`{kind}` {verb} `{buffer}` in every step, but `{other}` computes it only in some"))
-                .at(place, at)
-                .at(listed[culprit.stage].span, "not in every step")
-                .help(format!("set every = 1 in `{other}`"))
+            Diagnostic::error(format!(
+                "`{kind}` {verb} `{buffer}` in every step, but `{other}` computes it only in some"
+            ))
+            .at(place, at)
+            .at(listed[culprit.stage].span, "not in every step")
+            .help(format!("set every = 1 in `{other}`"))
         }
     }
 }

@@ -115,8 +115,13 @@ fn rule(plan: &Plan) -> Option<Rule> {
     };
     let fluid = &plan.system.fluid;
     let angular_momentum = plan.stages.iter().any(|s| restores(s.entry.kind, &s.values).0);
-    let rule =
-        Rule { density: fluid.density, temperature: fluid.temperature, dt: plan.system.run.dt, angle, angular_momentum };
+    let rule = Rule {
+        density: fluid.density,
+        temperature: fluid.temperature,
+        dt: plan.system.run.dt,
+        angle,
+        angular_momentum,
+    };
     (fluid.density > 0.0 && angle > 0.0).then_some(rule)
 }
 
@@ -205,8 +210,17 @@ impl fmt::Display for Meaning {
         match &self.transport {
             Some(t) => {
                 let (nu, kin, col) = (t.kinematic(), t.kinetic, t.collisional);
-                writeln!(f, "  viscosity  eta {:.4} sqrt(m kT)/a^2, nu {nu:.4} a^2/tau ({kin:.4} kinetic + {col:.4} collisional)", t.viscosity)?;
-                writeln!(f, "  diffusion  D {:.5} a^2/tau of a fluid particle; Schmidt number {:.1}", t.diffusion, t.schmidt())?;
+                writeln!(
+                    f,
+                    "  viscosity  eta {:.4} sqrt(m kT)/a^2, nu {nu:.4} a^2/tau ({kin:.4} kinetic + {col:.4} collisional)",
+                    t.viscosity
+                )?;
+                writeln!(
+                    f,
+                    "  diffusion  D {:.5} a^2/tau of a fluid particle; Schmidt number {:.1}",
+                    t.diffusion,
+                    t.schmidt()
+                )?;
             }
             None => writeln!(f, "  viscosity  none: no stage `rotate` lets the particles collide")?,
         }
@@ -232,7 +246,8 @@ impl Meaning {
         write!(f, "  GPU        {}", bytes(total as f64))?;
         let mut largest = self.memory.clone();
         largest.sort_by_key(|(_, n)| std::cmp::Reverse(*n));
-        let names: Vec<String> = largest.iter().take(3).map(|(name, n)| format!("{name} {}", bytes(*n as f64))).collect();
+        let names: Vec<String> =
+            largest.iter().take(3).map(|(name, n)| format!("{name} {}", bytes(*n as f64))).collect();
         writeln!(f, " ({})", names.join(", "))?;
         writeln!(f, "  shared     {} of shared memory for analyzers", bytes(self.shared as f64))?;
         let steps_per_hour = 3600e9 / (GPU_PACE * (self.particles.max(1_000_000)) as f64);
@@ -259,7 +274,10 @@ impl fmt::Display for SpeciesMeaning {
         writeln!(f, "  {}: {} x {shape}, {along} along, {across} across, mass {} m", self.name, self.count, self.mass)?;
         if let (Some(reynolds), Some(peclet)) = (self.reynolds, self.peclet) {
             let (speed, mach) = (self.speed, self.mach);
-            writeln!(f, "    swims      U0 {speed:.5} sqrt(kT/m), Reynolds {reynolds:.3}, Peclet {peclet:.1}, Mach {mach:.4}")?;
+            writeln!(
+                f,
+                "    swims      U0 {speed:.5} sqrt(kT/m), Reynolds {reynolds:.3}, Peclet {peclet:.1}, Mach {mach:.4}"
+            )?;
         }
         if let Some([along, across, spin, tumble]) = self.diffusion {
             writeln!(f, "    mobility   D {along:.3e} along e, {across:.3e} across, a^2/tau (Perrin)")?;

@@ -198,9 +198,12 @@ fn tables<'a>(reader: &mut Reader, root: &'a Node, name: &str) -> Option<&'a [No
         Some(Node { item: Item::List(nodes), .. }) => Some(nodes),
         Some(node) => {
             reader.diagnostics.push(
-                Diagnostic::error(format!("`{name}` may repeat, so it is a list of tables, but this is {}", node.describe()))
-                    .at(node.span, "single brackets")
-                    .help(format!("write [[{name}]]")),
+                Diagnostic::error(format!(
+                    "`{name}` may repeat, so it is a list of tables, but this is {}",
+                    node.describe()
+                ))
+                .at(node.span, "single brackets")
+                .help(format!("write [[{name}]]")),
             );
             None
         }

@@ -5,8 +5,8 @@ use super::session::{Session, create_buffers};
 use super::{Gpu, GpuError};
 use crate::buffers::{Buffer, Extent, MeasureSettings, Now, Sizes, find};
 use crate::shader::{Module, Shared};
-use std::sync::{Arc, Mutex};
 use std::sync::atomic::{AtomicU8, Ordering};
+use std::sync::{Arc, Mutex};
 
 const SOURCE: &str = include_str!("../../shaders/measure/measure.wgsl");
 

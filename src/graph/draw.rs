@@ -176,7 +176,10 @@ sum    take (after apply)  r ·
     fn graphs_have_both_kinds_of_nodes_and_directed_edges() {
         let text = dot("a \"run\"", &kernels());
         assert!(text.starts_with("digraph \"a _run_\" {"), "{text}");
-        assert!(text.contains("\"stage sum\" -> \"moments\";") && text.contains("\"moments\" -> \"stage sum\";"), "{text}");
+        assert!(
+            text.contains("\"stage sum\" -> \"moments\";") && text.contains("\"moments\" -> \"stage sum\";"),
+            "{text}"
+        );
         assert!(text.contains("\"moments\" -> \"stage apply\";") && !text.contains("\"stage apply\" -> \"moments\";"));
         assert!(!text.contains("system"));
         let text = mermaid(&kernels());

@@ -220,11 +220,15 @@ fn next_batch(batch: u64, steps: u64, waited: Duration) -> u64 {
 fn faults(step: u64, flags: u32) -> Result<(), RunError> {
     use crate::buffers::Fault;
     let said = |fault: Fault| match fault {
-        Fault::Speed => "a particle is faster than 12 thermal speeds: the fluid is being heated; use the thermostat, or a smaller force or dt",
+        Fault::Speed => {
+            "a particle is faster than 12 thermal speeds: the fluid is being heated; use the thermostat, or a smaller force or dt"
+        }
         Fault::Count => "a cell holds more particles than its sums allow: the fluid is being compressed somewhere",
         Fault::Energy => "the kinetic energy of one cell left the range of its sum: the fluid is being heated",
         Fault::Steric => "a steric force left its range: squirmers overlap; use more substeps or a smaller dt",
-        Fault::Impulse => "an impulse on a squirmer left its range: the fluid is being heated, or a body turns too fast",
+        Fault::Impulse => {
+            "an impulse on a squirmer left its range: the fluid is being heated, or a body turns too fast"
+        }
         Fault::Crowded => "more than seven squirmers are near one cell: they overlap",
         Fault::Nan => "a velocity is not a number",
         Fault::Stuck => "",

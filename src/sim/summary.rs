@@ -158,9 +158,11 @@ impl Summary {
         }
         let mut remarks = Vec::new();
         if books.stuck {
-            remarks.push("a particle was still inside a squirmer after all its hits and was put onto the surface".into());
+            remarks
+                .push("a particle was still inside a squirmer after all its hits and was put onto the surface".into());
         }
-        let files = sinks.files.iter().map(|f| format!("{} ({} messages, {} bytes)", f.path.display(), f.messages, f.bytes));
+        let files =
+            sinks.files.iter().map(|f| format!("{} ({} messages, {} bytes)", f.path.display(), f.messages, f.bytes));
         Self {
             run: plan.name.clone(),
             version: env!("CARGO_PKG_VERSION"),
@@ -246,7 +248,11 @@ impl fmt::Display for Summary {
             }
         }
         if let Some(b) = &self.books {
-            writeln!(f, "  energy per particle  {:.5} kT at the start, {:.5} at the end", b.energy_start, b.energy_end)?;
+            writeln!(
+                f,
+                "  energy per particle  {:.5} kT at the start, {:.5} at the end",
+                b.energy_start, b.energy_end
+            )?;
             write!(f, "  momentum           fluid {:.3?}, squirmers {:.3?}, ", b.fluid_momentum, b.squirmer_momentum)?;
             writeln!(f, "to walls {:.3?}, from body force {:.3?}", b.wall_impulse, b.body_force_impulse)?;
             if let Some(error) = b.momentum_error_per_particle {

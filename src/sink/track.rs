@@ -44,7 +44,8 @@ impl<W: Write + Seek> Track<W> {
     /// Attaches a named text.
     pub fn attach(&mut self, name: &str, media_type: &str, text: &str) -> Result<(), SinkError> {
         let data = text.as_bytes().into();
-        let attachment = Attachment { log_time: 0, create_time: 0, name: name.into(), media_type: media_type.into(), data };
+        let attachment =
+            Attachment { log_time: 0, create_time: 0, name: name.into(), media_type: media_type.into(), data };
         self.checked(|w| w.attach(&attachment))
     }
 
@@ -56,7 +57,8 @@ impl<W: Write + Seek> Track<W> {
 
     /// Appends one of our own messages.
     pub fn snapshot(&mut self, topic: &'static str, bytes: &[u8], when: When) -> Result<(), SinkError> {
-        let channel = self.channel(topic, "squirm", || ("squirm.Snapshot".into(), "squirm".into(), FORMAT.as_bytes().into()))?;
+        let channel =
+            self.channel(topic, "squirm", || ("squirm.Snapshot".into(), "squirm".into(), FORMAT.as_bytes().into()))?;
         self.message(channel, bytes, when)
     }
 
@@ -66,7 +68,9 @@ impl<W: Write + Seek> Track<W> {
             M::get_schema().map_or_else(Default::default, |s| (s.name, s.encoding, s.data))
         })?;
         let mut bytes = Vec::with_capacity(message.encoded_len().unwrap_or(0));
-        message.encode(&mut bytes).map_err(|e| SinkError::Io { path: self.path.clone(), source: std::io::Error::other(e.to_string()) })?;
+        message
+            .encode(&mut bytes)
+            .map_err(|e| SinkError::Io { path: self.path.clone(), source: std::io::Error::other(e.to_string()) })?;
         self.message(channel, &bytes, when)
     }
 

@@ -222,3 +222,163 @@ fn forces(params: &SquirmerMove, system: &System, squirmers: &[Squirmer]) -> Vec
     }
     loads
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::params::{Params, Values};
+    use crate::state::start::start;
+    use crate::state::{Domain, Fluid, Init, Run, SemiAxes, Species, Walls};
+
+    fn system(walled: bool, species: Vec<Species>) -> System {
+        let walls = walled.then(|| Walls::from_values(&Values::defaults(&Walls::fields())));
+        System {
+            run: Run { seed: 3, steps: 1, dt: 0.02 },
+            domain: Domain { size: [24, 16, 24], walls },
+            fluid: Fluid { density: 2.0, temperature: 4.0, acceleration: [0.0; 3] },
+            species,
+            init: Init { from: None },
+        }
+    }
+
+    fn species(count: u32, along: f64, across: f64) -> Species {
+        Species {
+            name: "swimmer".into(),
+            count,
+            semi_axes: SemiAxes { along, across },
+            b1: 0.0,
+            beta: 0.0,
+            rotlet: 0.0,
+            passive: true,
+            held: false,
+            start: "random".into(),
+            poses: None,
+        }
+    }
+
+    fn stage() -> SquirmerMove {
+        SquirmerMove { max_force: 1e6, ..SquirmerMove::from_values(&Values::defaults(&SquirmerMove::fields())) }
+    }
+
+    fn scene(system: &System) -> Scene {
+        Scene { state: start(system).expect("there is room"), ..Scene::default() }
+    }
+
+    fn mass(system: &System, s: &Squirmer) -> f64 {
+        f64::from(system.species[s.species].ghosts(&system.fluid))
+    }
+
+    /// Kinetic energy of both motions and the steric potential.
+    fn energy(params: &SquirmerMove, system: &System, squirmers: &[Squirmer]) -> f64 {
+        let law = params.repulsion();
+        let body =
+            |s: &Squirmer| Body { shape: system.species[s.species].spheroid().grown(params.safety), axis: s.axis() };
+        let mut sum = 0.0;
+        for (i, s) in squirmers.iter().enumerate() {
+            let (along, across) = system.species[s.species].spheroid().inertia(mass(system, s));
+            sum += 0.5 * mass(system, s) * s.velocity.length_squared();
+            sum += Top { along, across }.energy(s.orientation, s.angular_momentum);
+            for other in &squirmers[i + 1..] {
+                let r = nearest_image(&system.domain, other.position - s.position);
+                sum += law.potential(steric::contact(&body(s), &body(other), r).expect("apart").gap);
+            }
+            if system.domain.walls.is_some() {
+                let top = f64::from(system.domain.size[1]) - s.position.y;
+                sum += law.potential(steric::wall_contact(&body(s), s.position.y, DVec3::Y).gap);
+                sum += law.potential(steric::wall_contact(&body(s), top, DVec3::NEG_Y).gap);
+            }
+        }
+        sum
+    }
+
+    #[test]
+    fn a_crowd_keeps_its_energy_and_momentum() {
+        for walled in [false, true] {
+            let system = system(walled, vec![species(8, 3.0, 2.0), species(8, 1.5, 2.5)]);
+            let (params, mut scene) = (stage(), scene(&system));
+            let before = energy(&params, &system, &scene.state.squirmers);
+            let momentum = |s: &Scene| s.state.squirmers.iter().map(|q| mass(&system, q) * q.velocity).sum::<DVec3>();
+            let p = momentum(&scene);
+            let mut touched = 0;
+            for _ in 0..1000 {
+                SquirmerMove::reference(&params, &system, &mut scene);
+                touched += scene.steric.iter().filter(|l| l.force != DVec3::ZERO).count();
+                let after = energy(&params, &system, &scene.state.squirmers);
+                // Verlet keeps the energy to O((omega h)^2): contacts reach omega h = 0.3 here.
+                assert!((after / before - 1.0).abs() < 0.03, "{before} {after}");
+            }
+            assert!(touched > 100, "{touched}");
+            if !walled {
+                assert!((momentum(&scene) - p).length() < 1e-9);
+            }
+        }
+    }
+
+    #[test]
+    fn one_squirmer_flies_straight_and_its_means_are_its_motion() {
+        let mut system = system(false, vec![species(1, 3.0, 1.5)]);
+        system.run.dt = 0.5;
+        let params = SquirmerMove { substeps: 3, ..stage() };
+        let mut scene = scene(&system);
+        let velocity = DVec3::new(1.0, -2.0, 40.0);
+        let before = Squirmer { velocity, angular_momentum: DVec3::new(3.0, 1.0, 2.0), ..scene.state.squirmers[0] };
+        scene.state.squirmers[0] = before;
+        SquirmerMove::reference(&params, &system, &mut scene);
+        let (after, motion) = (&scene.state.squirmers[0], &scene.motions[0]);
+        let moved = nearest_image(&system.domain, after.position - before.position - 0.5 * velocity);
+        assert!(moved.length() < 1e-12);
+        assert_eq!((motion.position, motion.orientation), (before.position, before.orientation));
+        assert!((motion.drift - velocity).length() < 1e-12);
+        let turned = (after.orientation * before.orientation.inverse()).to_scaled_axis();
+        // The mean angular velocity is the turn over the step up to the square of the angle.
+        assert!((motion.spin * 0.5 - turned).length() < 0.1 * turned.length().powi(3), "{} {turned}", motion.spin);
+        assert_eq!(after.angular_momentum, before.angular_momentum);
+    }
+
+    #[test]
+    fn held_squirmers_stay_and_feel_their_neighbours() {
+        let listed = |held, y| Species {
+            held,
+            start: "listed".into(),
+            poses: Some(vec![[12.0, y, 12.0, 1.0, 0.0, 0.0]]),
+            ..species(1, 3.0, 2.0)
+        };
+        let system = system(false, vec![listed(true, 4.0), listed(false, 8.5)]);
+        let mut scene = scene(&system);
+        let free = &mut scene.state.squirmers[1];
+        (free.velocity, free.angular_momentum) = (DVec3::ZERO, DVec3::ZERO);
+        let held = scene.state.squirmers[0];
+        SquirmerMove::reference(&stage(), &system, &mut scene);
+        assert_eq!(scene.state.squirmers[0], held);
+        assert_eq!(scene.motions[0].drift, DVec3::ZERO);
+        // Side by side at contact with the margin: the force is 24 epsilon/sigma along the line of centres.
+        assert!((scene.steric[0].force - DVec3::new(0.0, -240.0, 0.0)).length() < 1e-6, "{:?}", scene.steric[0]);
+        assert_eq!(scene.steric[0].force, -scene.steric[1].force);
+        assert!(scene.state.squirmers[1].velocity.y > 0.0);
+    }
+
+    #[test]
+    fn fixed_point_sums_hold_64_contacts_at_the_cap() {
+        for max_force in [1.0, 200.0, 1000.0, 1e6] {
+            let system = system(false, vec![species(1, 6.0, 3.0)]);
+            let s = SquirmerMove::uniform(&SquirmerMove { max_force, ..stage() }, &system);
+            for (scale, limit) in [(s.force_scale, s.max_force), (s.torque_scale, s.max_torque)] {
+                let sum = 64.0 * 1.001 * f64::from(scale) * f64::from(limit);
+                assert!(sum < 2f64.powi(31) && 8.0 * sum > 2f64.powi(31), "{sum}");
+            }
+        }
+    }
+
+    #[test]
+    fn small_boxes_and_long_substeps_are_warned_of() {
+        let fields =
+            |system: &System| SquirmerMove::check(&stage(), system).iter().map(|f| f.field).collect::<Vec<_>>();
+        let mut quiet = system(true, vec![species(1, 3.0, 2.0)]);
+        assert_eq!(fields(&quiet), [""; 0]);
+        quiet.species[0].semi_axes.along = 6.0;
+        assert_eq!(fields(&quiet), [""]);
+        quiet.domain.size = [60, 60, 60];
+        quiet.run.dt = 0.5;
+        assert_eq!(fields(&quiet), ["substeps"]);
+    }
+}

@@ -24,7 +24,7 @@ fn wanted_gap() -> f64 {
 pub fn poses(system: &System) -> Result<Vec<(DVec3, DQuat)>, StartError> {
     let wanted = wanted_gap();
     for species in &system.species {
-        fits(system, species)?;
+        fits(system, species, wanted)?;
     }
     let radius = system.species.iter().map(|s| s.spheroid().radius() + SAFETY).fold(0.0, f64::max);
     let species: Vec<usize> = system.squirmer_species().collect();
@@ -66,13 +66,14 @@ pub fn poses(system: &System) -> Result<Vec<(DVec3, DQuat)>, StartError> {
     Ok(poses)
 }
 
-/// The bare body must not meet its own image, nor both walls whatever its orientation.
-fn fits(system: &System, species: &Species) -> Result<(), StartError> {
+/// The bare body must not meet its own image, nor both walls whatever its orientation; at random its margin must fit as well.
+fn fits(system: &System, species: &Species, wanted: f64) -> Result<(), StartError> {
     let shape = species.spheroid();
     let periodic = periodic(&system.domain);
+    let margin = if species.start == "random" { SAFETY + wanted } else { 0.0 };
     for axis in 0..3 {
         let length = f64::from(system.domain.size[axis]);
-        let needed = 2.0 * if periodic[axis] { shape.radius() } else { shape.along.min(shape.across) };
+        let needed = 2.0 * if periodic[axis] { shape.radius() } else { shape.along.min(shape.across) + margin };
         if needed >= length {
             return Err(StartError::Narrow {
                 species: species.name.clone(),
@@ -159,10 +160,9 @@ fn candidate(system: &System, species: &Species, wanted: f64, stream: &mut Strea
         let e = DVec3::new(sin * angle.cos(), e_y, sin * angle.sin());
         let mut position = l * DVec3::new(u[0], u[1], u[2]);
         if system.domain.walls.is_some() {
-            let (half, room) = (shape.half_height(e_y) + wanted, (l.y - 2.0 * (least + wanted)).max(0.0));
+            let (half, room) = (shape.half_height(e_y) + wanted, l.y - 2.0 * (least + wanted));
             position.y = l.y / 2.0 + room * (u[1] - 0.5);
-            // Where the margin does not fit, the middle of the slit has to do.
-            if room > 0.0 && (position.y < half || l.y - position.y < half) {
+            if position.y < half || l.y - position.y < half {
                 continue;
             }
         }

@@ -1,5 +1,6 @@
 //! Random numbers of the start: one stream for each purpose and owner, so that adding a squirmer changes no other's numbers.
 
+use crate::math::draws::normals;
 use crate::math::rng::{Draw, Purpose};
 use glam::{DQuat, DVec3};
 use std::f64::consts::TAU;
@@ -41,12 +42,9 @@ impl Stream {
         words.map(|w| (f64::from(w) + 0.5) / 2f64.powi(32))
     }
 
-    /// Three normal numbers of unit variance (Box and Muller, Ann. Math. Stat. 29, 610, 1958).
+    /// Three normal numbers of unit variance.
     pub fn normals(&mut self) -> DVec3 {
-        let u = self.uniforms();
-        let (sin, cos) = (TAU * u[1]).sin_cos();
-        let (r, s) = ((-2.0 * u[0].ln()).sqrt(), (-2.0 * u[2].ln()).sqrt());
-        DVec3::new(r * cos, r * sin, s * (TAU * u[3]).cos())
+        normals(self.uniforms())
     }
 
     /// A rotation that takes z to `e`, otherwise random.

@@ -120,8 +120,8 @@ fn the_fluid_is_uniform_outside_the_bodies_and_at_rest() {
             assert!(!system.species[s.species].spheroid().inside(s.orientation.inverse() * r));
         }
     }
-    // Octants around a body's centre far enough out see equal densities: the share of particles in each half of the box, less
-    // the bodies' volume there, is not exact, so the test uses spherical shells around the bodies: 5 sigma of a Poisson number.
+    // The layer of 0.3 a around one body holds as many particles as its free volume, sampled at random, tells: neither depleted
+    // nor piled up. 5 sigma of the Poisson number, and half as much again for the sampling.
     let s = &state.squirmers[0];
     let shape = system.species[s.species].spheroid();
     let bodies = fluid::Bodies::new(&system, &state.squirmers);
