@@ -22,7 +22,10 @@ const WRONG_USAGE: u8 = 2;
 
 /// Spheroidal squirmers in a fluid of millions of particles.
 #[derive(Debug, Parser)]
-#[command(version, after_help = "Exit status: 0 success, 1 the run failed, 2 the command line or a pipeline file is wrong.")]
+#[command(
+    version,
+    after_help = "Exit status: 0 success, 1 the run failed, 2 the command line or a pipeline file is wrong."
+)]
 struct Cli {
     #[command(subcommand)]
     command: Command,

@@ -10,6 +10,7 @@ use crate::math::steric::SAFETY;
 use crate::params::{Params, Value};
 use crate::stages::squirmer_move::SquirmerMove;
 use crate::state::{Species, System};
+use glam::DVec3;
 
 /// Speed of sound in units of sqrt(kT/m): sqrt(5/3), since the particles are an ideal gas.
 pub const SOUND: f64 = 1.290_994_448_735_805_6;
@@ -34,10 +35,13 @@ pub fn system(system: &System, root: &Node, found: &mut Vec<Diagnostic>) {
         poses(species, system, &at, found);
         if let Some(first) = system.species[..index].iter().position(|s| s.name == species.name) {
             found.push(
-                Diagnostic::error(format!("two species are named \"{}\", so outputs could not tell them apart", species.name))
-                    .at(at.of(&["name"]), "again here")
-                    .at(Place { root, index: first.to_string() }.of(&["name"]), "first here")
-                    .help("give each [[squirmers]] a name of its own"),
+                Diagnostic::error(format!(
+                    "two species are named \"{}\", so outputs could not tell them apart",
+                    species.name
+                ))
+                .at(at.of(&["name"]), "again here")
+                .at(Place { root, index: first.to_string() }.of(&["name"]), "first here")
+                .help("give each [[squirmers]] a name of its own"),
             );
         }
     }
@@ -62,15 +66,19 @@ fn run(system: &System, root: &Node, found: &mut Vec<Diagnostic>) {
     let dt = root.place(&["run", "dt"]);
     if path > 1.0 {
         found.push(
-            Diagnostic::warning(format!("a particle flies {path:.2} cells between collisions, so the fluid is a thin gas"))
-                .at(dt, "large time step")
-                .help("liquids need dt from 0.01 to 0.1"),
+            Diagnostic::warning(format!(
+                "a particle flies {path:.2} cells between collisions, so the fluid is a thin gas"
+            ))
+            .at(dt, "large time step")
+            .help("liquids need dt from 0.01 to 0.1"),
         );
     } else if path < 0.005 {
         found.push(
-            Diagnostic::warning(format!("a particle flies only {path:.1e} cells between collisions: most steps do nothing"))
-                .at(dt, "small time step")
-                .help("0.01 to 0.1 is usual; the viscosity grows as 1/dt"),
+            Diagnostic::warning(format!(
+                "a particle flies only {path:.1e} cells between collisions: most steps do nothing"
+            ))
+            .at(dt, "small time step")
+            .help("0.01 to 0.1 is usual; the viscosity grows as 1/dt"),
         );
     }
     if system.fluid.density == 0.0 {
@@ -112,9 +120,11 @@ fn walls(system: &System, root: &Node, found: &mut Vec<Diagnostic>) {
     }
     if system.fluid.acceleration[1] != 0.0 {
         found.push(
-            Diagnostic::warning("the body force has a part across the slit, which only presses the fluid against a wall")
-                .at(root.place(&["fluid", "acceleration"]), "second number")
-                .help("write 0 as the second number"),
+            Diagnostic::warning(
+                "the body force has a part across the slit, which only presses the fluid against a wall",
+            )
+            .at(root.place(&["fluid", "acceleration"]), "second number")
+            .help("write 0 as the second number"),
         );
     }
 }
@@ -122,9 +132,11 @@ fn walls(system: &System, root: &Node, found: &mut Vec<Diagnostic>) {
 fn too_fast(mach: f64, what: &str, place: crate::diag::Span, found: &mut Vec<Diagnostic>) {
     if mach > MAX_MACH {
         found.push(
-            Diagnostic::warning(format!("{what} at Mach {mach:.2}, where the compressible fluid is no liquid any more"))
-                .at(place, "fast")
-                .help(format!("stay below Mach {MAX_MACH}")),
+            Diagnostic::warning(format!(
+                "{what} at Mach {mach:.2}, where the compressible fluid is no liquid any more"
+            ))
+            .at(place, "fast")
+            .help(format!("stay below Mach {MAX_MACH}")),
         );
     }
 }
@@ -153,10 +165,13 @@ fn fits(species: &Species, system: &System, at: &Place<'_>, found: &mut Vec<Diag
     let flight = system.run.dt * system.fluid.temperature.sqrt();
     if flight > shortest {
         found.push(
-            Diagnostic::error(format!("a particle flies {flight:.2} cells in a step and would jump over \"{}\"", species.name))
-                .at(at.root.place(&["run", "dt"]), "time step")
-                .at(at.of(&["semi_axes"]), format!("smallest semi-axis {shortest}"))
-                .help("take a smaller dt"),
+            Diagnostic::error(format!(
+                "a particle flies {flight:.2} cells in a step and would jump over \"{}\"",
+                species.name
+            ))
+            .at(at.root.place(&["run", "dt"]), "time step")
+            .at(at.of(&["semi_axes"]), format!("smallest semi-axis {shortest}"))
+            .help("take a smaller dt"),
         );
     }
 }
@@ -189,9 +204,19 @@ fn slip(species: &Species, system: &System, at: &Place<'_>, found: &mut Vec<Diag
                 .help("set b1, or write passive = true"),
         );
     }
-    let fastest = species.b1.abs() * (1.0 + species.beta.abs()) + species.rotlet.abs();
-    let mach = fastest / (SOUND * system.fluid.temperature.sqrt());
+    let mach = fastest_slip(species) / (SOUND * system.fluid.temperature.sqrt());
     too_fast(mach, &format!("the surface of \"{}\" slips", species.name), at.of(&["b1"]), found);
+}
+
+/// Largest slip velocity on the surface.
+fn fastest_slip(species: &Species) -> f64 {
+    let shape = species.spheroid();
+    let speed = |step: i32| {
+        let zeta = f64::from(step) / 100.0;
+        let s = DVec3::new(shape.across * (1.0 - zeta * zeta).max(0.0).sqrt(), 0.0, shape.along * zeta);
+        shape.slip(species.b1, species.b1 * species.beta, species.rotlet, s, DVec3::Z).length()
+    };
+    (-100..=100).map(speed).fold(0.0, f64::max)
 }
 
 fn poses(species: &Species, system: &System, at: &Place<'_>, found: &mut Vec<Diagnostic>) {
@@ -259,10 +284,13 @@ fn fraction(system: &System, root: &Node, found: &mut Vec<Diagnostic>) {
     let fraction = 1.0 - system.fluid_volume() / system.domain.volume();
     if fraction > MAX_FRACTION {
         found.push(
-            Diagnostic::error(format!("the squirmers fill {:.0} % of the box, so they cannot be placed", 100.0 * fraction))
-                .at(root.place(&["squirmers", "0", "count"]), "too many")
-                .at(root.place(&["box", "size"]), "for this box")
-                .help(format!("stay below {:.0} %", 100.0 * MAX_FRACTION)),
+            Diagnostic::error(format!(
+                "the squirmers fill {:.0} % of the box, so they cannot be placed",
+                100.0 * fraction
+            ))
+            .at(root.place(&["squirmers", "0", "count"]), "too many")
+            .at(root.place(&["box", "size"]), "for this box")
+            .help(format!("stay below {:.0} %", 100.0 * MAX_FRACTION)),
         );
     }
 }
@@ -308,9 +336,11 @@ fn pair_search(system: &System, stages: &[Listed], found: &mut Vec<Diagnostic>) 
     let narrowest = narrow.fold(f64::MAX, f64::min);
     if reach > narrowest {
         found.push(
-            Diagnostic::error(format!("steric forces reach {reach:.2}, beyond the bins of the pair search, {narrowest:.2}"))
-                .at(stage.span, "`safety` or `sigma` is large")
-                .help("keep safety and sigma near their defaults, or make the bodies themselves larger"),
+            Diagnostic::error(format!(
+                "steric forces reach {reach:.2}, beyond the bins of the pair search, {narrowest:.2}"
+            ))
+            .at(stage.span, "`safety` or `sigma` is large")
+            .help("keep safety and sigma near their defaults, or make the bodies themselves larger"),
         );
     }
 }
@@ -381,9 +411,12 @@ fn heating(system: &System, stages: &[Listed], root: &Node, found: &mut Vec<Diag
     let sources: Vec<&str> = source.iter().filter(|(on, _)| *on).map(|(_, name)| *name).collect();
     if !sources.is_empty() && !thermostat {
         found.push(
-            Diagnostic::warning(format!("no stage takes away the heat that {} put into the fluid", sources.join(" and ")))
-                .at(last, "no thermostat in this list")
-                .help("add a [[stage]] with kind = \"restore-thermostat\" and mode = \"thermostat\" after rotate"),
+            Diagnostic::warning(format!(
+                "no stage takes away the heat that {} put into the fluid",
+                sources.join(" and ")
+            ))
+            .at(last, "no thermostat in this list")
+            .help("add a [[stage]] with kind = \"restore-thermostat\" and mode = \"thermostat\" after rotate"),
         );
     }
     if !system.species.is_empty() && !momentum {
@@ -427,10 +460,13 @@ pub fn outputs(outputs: &[Output], system: &System, root: &Node, found: &mut Vec
         let fields = lists.iter().any(|(_, words)| words.iter().any(|w| w == "fields"));
         if fields && system.domain.size.iter().any(|edge| edge % output.block != 0) {
             found.push(
-                Diagnostic::warning(format!("blocks of {} cells do not divide the box {:?}: the last ones are cut", output.block, system.domain.size))
-                    .at(at("block"), "edge of the blocks")
-                    .at(root.place(&["box", "size"]), "box")
-                    .help("choose a block that divides every edge"),
+                Diagnostic::warning(format!(
+                    "blocks of {} cells do not divide the box {:?}: the last ones are cut",
+                    output.block, system.domain.size
+                ))
+                .at(at("block"), "edge of the blocks")
+                .at(root.place(&["box", "size"]), "box")
+                .help("choose a block that divides every edge"),
             );
         }
     }

@@ -97,7 +97,11 @@ pub fn check(listed: &[Listed], all_kinds_known: bool, found: &mut Vec<Diagnosti
                     .help("remove one of the two: each stage runs once in a step"),
             );
         }
-        for later in listed[i + 1..].iter().filter(|s| stage.entry.after.contains(&s.entry.kind)) {
+        let misplaced = |s: &&Listed| {
+            let before = listed[..i].iter().any(|b| b.entry.kind == s.entry.kind);
+            stage.entry.after.contains(&s.entry.kind) && !before
+        };
+        for later in listed[i + 1..].iter().filter(misplaced) {
             let (kind, before) = (stage.entry.kind, later.entry.kind);
             found.push(
                 Diagnostic::error(format!("the stage `{kind}` stands before `{before}`, but must come after it"))
@@ -119,7 +123,9 @@ fn check_buffers(listed: &[Listed], found: &mut Vec<Diagnostic>) {
         Ok(kernels) => kernels,
         Err(error) => {
             let message = format!("a shader of this program is not valid: {error}");
-            found.push(Diagnostic::error(message).help("this is a fault of the program, not of the file: please report it"));
+            found.push(
+                Diagnostic::error(message).help("this is a fault of the program, not of the file: please report it"),
+            );
             return;
         }
     };
@@ -172,10 +178,12 @@ fn stale_diagnostic(stale: &Stale, kernels: &[Kernel], listed: &[Listed]) -> Dia
         Cause::Occasional { kernel } => {
             let culprit = &kernels[*kernel];
             let other = culprit.kind;
-            Diagnostic::error(format!("`{kind}` {verb} `{buffer}` in every step, but `{other}` computes it only in some"))
-                .at(place, at)
-                .at(listed[culprit.stage].span, "not in every step")
-                .help(format!("set every = 1 in `{other}`"))
+            Diagnostic::error(format!(
+                "`{kind}` {verb} `{buffer}` in every step, but `{other}` computes it only in some"
+            ))
+            .at(place, at)
+            .at(listed[culprit.stage].span, "not in every step")
+            .help(format!("set every = 1 in `{other}`"))
         }
     }
 }

@@ -81,7 +81,8 @@ pub fn meaning(loaded: &Loaded) -> Meaning {
     elements.particles = *particles;
     let stages: Vec<_> = plan.stages.iter().map(|s| (s.entry, (s.entry.every)(&s.values) == 1)).collect();
     let kernels = graph::kernels(&stages).unwrap_or_default();
-    let memory = memory(&kernels, &elements).into_iter().map(|(b, bytes)| (b.name, bytes)).collect();
+    let mut memory: Vec<_> = memory(&kernels, &elements).into_iter().map(|(b, bytes)| (b.name, bytes)).collect();
+    memory.extend(snapshots(plan, *particles));
     let flow_speed = match (&system.domain.walls, transport) {
         (Some(walls), Some(t)) if walls.condition == "no-slip" => {
             let g = system.fluid.acceleration[0].hypot(system.fluid.acceleration[2]);
@@ -115,8 +116,13 @@ fn rule(plan: &Plan) -> Option<Rule> {
     };
     let fluid = &plan.system.fluid;
     let angular_momentum = plan.stages.iter().any(|s| restores(s.entry.kind, &s.values).0);
-    let rule =
-        Rule { density: fluid.density, temperature: fluid.temperature, dt: plan.system.run.dt, angle, angular_momentum };
+    let rule = Rule {
+        density: fluid.density,
+        temperature: fluid.temperature,
+        dt: plan.system.run.dt,
+        angle,
+        angular_momentum,
+    };
     (fluid.density > 0.0 && angle > 0.0).then_some(rule)
 }
 
@@ -157,6 +163,16 @@ fn message(plan: &Plan, output: &Output, topic: &str, particles: u64) -> u64 {
     MESSAGE_HEAD + rows
 }
 
+/// Buffers in which the GPU prepares snapshots.
+fn snapshots(plan: &Plan, particles: u64) -> Vec<(&'static str, u64)> {
+    let bytes = |topic: &str| {
+        let asked = |o: &&Output| [&o.publish, &o.record].iter().any(|words| words.iter().any(|w| w == topic));
+        let of = |o: &Output| message(plan, o, topic, particles) - MESSAGE_HEAD;
+        plan.outputs.iter().filter(asked).map(of).sum::<u64>()
+    };
+    [("fields", bytes("fields")), ("samples", bytes("particles"))].into_iter().filter(|(_, n)| *n > 0).collect()
+}
+
 fn shared(plan: &Plan, particles: u64) -> u64 {
     let topics = plan.outputs.iter().flat_map(|o| o.publish.iter().map(move |t| message(plan, o, t, particles)));
     topics.sum::<u64>() * SHARED_SAMPLES
@@ -171,9 +187,10 @@ fn disk(plan: &Plan, output: &Output, particles: u64) -> f64 {
 }
 
 /// Bytes in the largest unit that keeps the number above one.
-fn bytes(count: f64) -> String {
+#[allow(clippy::cast_precision_loss)]
+pub fn bytes(count: u64) -> String {
     let units = ["B", "kB", "MB", "GB", "TB", "PB"];
-    let (mut value, mut unit) = (count, 0);
+    let (mut value, mut unit) = (count as f64, 0);
     while value >= 1000.0 && unit + 1 < units.len() {
         value /= 1000.0;
         unit += 1;
@@ -186,7 +203,7 @@ fn grouped(count: u64) -> String {
     let digits = count.to_string();
     let mut out = String::new();
     for (i, digit) in digits.chars().enumerate() {
-        if i > 0 && (digits.len() - i) % 3 == 0 {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
             out.push(' ');
         }
         out.push(digit);
@@ -205,8 +222,17 @@ impl fmt::Display for Meaning {
         match &self.transport {
             Some(t) => {
                 let (nu, kin, col) = (t.kinematic(), t.kinetic, t.collisional);
-                writeln!(f, "  viscosity  eta {:.4} sqrt(m kT)/a^2, nu {nu:.4} a^2/tau ({kin:.4} kinetic + {col:.4} collisional)", t.viscosity)?;
-                writeln!(f, "  diffusion  D {:.5} a^2/tau of a fluid particle; Schmidt number {:.1}", t.diffusion, t.schmidt())?;
+                writeln!(
+                    f,
+                    "  viscosity  eta {:.4} sqrt(m kT)/a^2, nu {nu:.4} a^2/tau ({kin:.4} kinetic + {col:.4} collisional)",
+                    t.viscosity
+                )?;
+                writeln!(
+                    f,
+                    "  diffusion  D {:.5} a^2/tau of a fluid particle; Schmidt number {:.1}",
+                    t.diffusion,
+                    t.schmidt()
+                )?;
             }
             None => writeln!(f, "  viscosity  none: no stage `rotate` lets the particles collide")?,
         }
@@ -226,23 +252,23 @@ impl fmt::Display for Meaning {
 }
 
 impl Meaning {
-    #[allow(clippy::cast_precision_loss)]
+    #[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)]
     fn resources(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let total: u64 = self.memory.iter().map(|(_, n)| n).sum();
-        write!(f, "  GPU        {}", bytes(total as f64))?;
+        write!(f, "  GPU        {}", bytes(total))?;
         let mut largest = self.memory.clone();
         largest.sort_by_key(|(_, n)| std::cmp::Reverse(*n));
-        let names: Vec<String> = largest.iter().take(3).map(|(name, n)| format!("{name} {}", bytes(*n as f64))).collect();
+        let names: Vec<String> = largest.iter().take(3).map(|(name, n)| format!("{name} {}", bytes(*n))).collect();
         writeln!(f, " ({})", names.join(", "))?;
-        writeln!(f, "  shared     {} of shared memory for analyzers", bytes(self.shared as f64))?;
+        writeln!(f, "  shared     {} of shared memory for analyzers", bytes(self.shared))?;
         let steps_per_hour = 3600e9 / (GPU_PACE * (self.particles.max(1_000_000)) as f64);
         let hourly = self.disk_per_step * steps_per_hour;
         let run = self.disk_per_step * self.run.0 as f64;
         writeln!(
             f,
             "  disk       {} for the run, before compression; at most {} per hour ({:.0} steps/s on a data-centre GPU)",
-            bytes(run),
-            bytes(hourly),
+            bytes(run as u64),
+            bytes(hourly as u64),
             steps_per_hour / 3600.0
         )
     }
@@ -259,7 +285,10 @@ impl fmt::Display for SpeciesMeaning {
         writeln!(f, "  {}: {} x {shape}, {along} along, {across} across, mass {} m", self.name, self.count, self.mass)?;
         if let (Some(reynolds), Some(peclet)) = (self.reynolds, self.peclet) {
             let (speed, mach) = (self.speed, self.mach);
-            writeln!(f, "    swims      U0 {speed:.5} sqrt(kT/m), Reynolds {reynolds:.3}, Peclet {peclet:.1}, Mach {mach:.4}")?;
+            writeln!(
+                f,
+                "    swims      U0 {speed:.5} sqrt(kT/m), Reynolds {reynolds:.3}, Peclet {peclet:.1}, Mach {mach:.4}"
+            )?;
         }
         if let Some([along, across, spin, tumble]) = self.diffusion {
             writeln!(f, "    mobility   D {along:.3e} along e, {across:.3e} across, a^2/tau (Perrin)")?;
@@ -277,7 +306,7 @@ mod tests {
     fn numbers_are_readable() {
         assert_eq!(grouped(1_234_567), "1 234 567");
         assert_eq!(grouped(12), "12");
-        assert_eq!(bytes(999.0), "999 B");
-        assert_eq!(bytes(1_500_000.0), "1.500 MB");
+        assert_eq!(bytes(999), "999 B");
+        assert_eq!(bytes(1_500_000), "1.500 MB");
     }
 }

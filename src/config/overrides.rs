@@ -136,7 +136,13 @@ mod tests {
         let file = "[run]\nsteps=1\n[[squirmers]]\nname=\"puller\"\nb1=1.0\n[[stage]]\nkind=\"rotate\"\n";
         let (root, d, _) = set(
             file,
-            &["run.steps=200", "squirmers.puller.b1=0.5", "stage.rotate.angle=120", "stage.0.word=bare", "fluid.density=5"],
+            &[
+                "run.steps=200",
+                "squirmers.puller.b1=0.5",
+                "stage.rotate.angle=120",
+                "stage.0.word=bare",
+                "fluid.density=5",
+            ],
         );
         assert_eq!(d, []);
         assert_eq!(item(&root, &["run", "steps"]), &Item::Integer(Some(200)));

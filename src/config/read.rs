@@ -104,9 +104,7 @@ impl Reader {
                 Item::Text(t) => Some(Value::Text(t.clone())),
                 _ => self.wrong_type(node, field),
             },
-            Kind::Table { fields } => {
-                self.table(node, &fields(), &format!("`{}`", field.name), &[]).map(Value::Table)
-            }
+            Kind::Table { fields } => self.table(node, &fields(), &format!("`{}`", field.name), &[]).map(Value::Table),
         }
     }
 

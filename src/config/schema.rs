@@ -74,7 +74,8 @@ fn property(field: &Field) -> Json {
 fn type_of(kind: Kind) -> Json {
     let number = |min: f64, max: f64| json!({ "type": "number", "minimum": min, "maximum": max });
     let whole = |min: i64, max: i64| json!({ "type": "integer", "minimum": min, "maximum": max });
-    let exactly = |len: usize, items: Json| json!({ "type": "array", "items": items, "minItems": len, "maxItems": len });
+    let exactly =
+        |len: usize, items: Json| json!({ "type": "array", "items": items, "minItems": len, "maxItems": len });
     match kind {
         Kind::Float { min, max } => number(min, max),
         Kind::Integer { min, max } => whole(min, max),

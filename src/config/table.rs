@@ -56,7 +56,9 @@ pub fn rows(system: &System, root: &Node, found: &mut Vec<Diagnostic>) -> Option
         found.push(Diagnostic::error(message).at(span, "named here").help("correct the rows reported first"));
     }
     if count == 0 {
-        found.push(Diagnostic::error(format!("{path}: the table has no row")).at(span, "named here").help("give it particles"));
+        found.push(
+            Diagnostic::error(format!("{path}: the table has no row")).at(span, "named here").help("give it particles"),
+        );
     }
     (wrong == 0 && count > 0).then_some(count)
 }

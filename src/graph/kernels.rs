@@ -84,8 +84,7 @@ pub fn uses(entry: &'static Entry, point: &'static str) -> Result<Vec<Use>, Shad
     let module = Module::of(entry)?;
     for phase in entry.phases.iter().chain(entry.receive) {
         let bound = module.bindings(phase.entry).iter();
-        let uses =
-            bound.map(|b| Use { buffer: b.name.clone(), read: b.access.read, write: b.access.write }).collect();
+        let uses = bound.map(|b| Use { buffer: b.name.clone(), read: b.access.read, write: b.access.write }).collect();
         known.insert((entry.kind, phase.entry), uses);
     }
     Ok(known.get(&(entry.kind, point)).cloned().unwrap_or_default())

@@ -115,7 +115,8 @@ mod tests {
     #[test]
     fn memory_counts_each_bound_buffer_once() {
         let used = |name: &str| Use { buffer: name.into(), read: true, write: true };
-        let kernel = |uses: Vec<Use>| Kernel { stage: 0, kind: "k", entry: "e", receive: false, every_step: true, uses };
+        let kernel =
+            |uses: Vec<Use>| Kernel { stage: 0, kind: "k", entry: "e", receive: false, every_step: true, uses };
         let kernels = [kernel(vec![used("positions"), used("moments")]), kernel(vec![used("positions")])];
         let list = memory(&kernels, &sizes(&system(false, &[])));
         let bytes: Vec<(&str, u64)> = list.iter().map(|(b, n)| (b.name, *n)).collect();

@@ -119,7 +119,8 @@ mod tests {
         // Either side of where the series hands over to the closed form, the slope is of order one.
         for edge in [0.1, -0.1_f64] {
             let across = |x: f64| (1.0 - x).sqrt();
-            let (inside, outside) = (friction(across(edge * (1.0 - 1e-9)), 1.0), friction(across(edge * (1.0 + 1e-9)), 1.0));
+            let (inside, outside) =
+                (friction(across(edge * (1.0 - 1e-9)), 1.0), friction(across(edge * (1.0 + 1e-9)), 1.0));
             close(inside.along, outside.along, 1e-8);
             close(inside.tumble, outside.tumble, 1e-8);
         }

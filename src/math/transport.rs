@@ -135,8 +135,7 @@ mod tests {
     #[test]
     fn only_the_kinetic_parts_grow_with_temperature() {
         let cold = rule(10.0, 0.1, false);
-        let hot =
-            Rule { density: 10.0, temperature: 2.0, dt: 0.1, angle: 130.0, angular_momentum: false }.transport();
+        let hot = Rule { density: 10.0, temperature: 2.0, dt: 0.1, angle: 130.0, angular_momentum: false }.transport();
         assert!((hot.kinetic - 2.0 * cold.kinetic).abs() < 1e-12);
         assert!((hot.diffusion - 2.0 * cold.diffusion).abs() < 1e-12);
         assert!((hot.collisional - cold.collisional).abs() < 1e-12);
