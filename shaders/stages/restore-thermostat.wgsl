@@ -97,7 +97,7 @@ fn restored(cell: u32, centred_sums: Centred, rotation: Operator) -> Operator {
     let ro = l - multiply(inertia, wo);
     let rt = l_turned - multiply(inertia, wt);
     let e_turned = k.energy - dot3(wt, l_turned) - dot3(wt, rt);
-    if e_turned < 1e-4 * k.energy {
+    if e_turned <= 1e-4 * k.energy {
         return no_collision();
     }
     var f: f32;
@@ -145,11 +145,11 @@ fn scaled(turned: Operator, f: f32, w: vec3<f32>) -> Operator {
 
 // What scales velocities of energy sum |y|^2 to the energy `kept`, or with the thermostat to twice a Gamma variate.
 fn factor(cell: u32, shape: f32, kept: f32, turned: f32) -> f32 {
-    if settings.mode != THERMOSTAT {
-        return square_root(divide(kept, turned));
-    }
     if turned <= 0.0 {
         return 1.0;
+    }
+    if settings.mode != THERMOSTAT {
+        return square_root(divide(kept, turned));
     }
     return square_root(divide(2.0 * system.temperature * gamma(cell, shape), turned));
 }

@@ -1,8 +1,11 @@
 //! `squirm run`: loads a pipeline file and starts the simulation.
 
-use super::{Overrides, RUN_FAILED, load, render};
+use super::{Overrides, RUN_FAILED, load, print, render};
+use squirm::sim::{Options, Watch};
+use std::io::IsTerminal;
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::time::{Duration, Instant};
 
 /// Arguments of `squirm run`.
 #[derive(Debug, clap::Args)]
@@ -11,7 +14,7 @@ pub struct Args {
     file: PathBuf,
     #[command(flatten)]
     overrides: Overrides,
-    /// Folder for everything that the run writes [default: runs/NAME].
+    /// Folder for everything that the run writes [default: runs/NAME, or runs/NAME-2 and so on].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// GPU to use: part of its name, or its number in `squirm adapters`.
@@ -31,8 +34,79 @@ pub fn run(args: &Args) -> ExitCode {
     if !args.quiet {
         render::all(&loaded.warnings, &loaded.sources);
     }
-    let out = args.out.clone().unwrap_or_else(|| PathBuf::from("runs").join(&loaded.plan.name));
-    let adapter = args.adapter.as_deref().unwrap_or("the first adapter");
-    eprintln!("error: this build has no step loop, so it cannot run on {adapter} and write to {}", out.display());
-    ExitCode::from(RUN_FAILED)
+    let out = args.out.clone().unwrap_or_else(|| free_directory(&loaded.plan.name));
+    let options = Options { out, adapter: args.adapter.clone(), command: std::env::args().collect::<Vec<_>>().join(" ") };
+    let mut watch: Box<dyn Watch> = if args.quiet { Box::new(Silent) } else { Box::new(Progress::default()) };
+    match squirm::sim::run(&loaded.plan, &options, watch.as_mut()) {
+        Ok(summary) => {
+            drop(watch);
+            let written = format!("{summary}\n  in {}\n", options.out.display());
+            if args.quiet { ExitCode::SUCCESS } else { print(&written) }
+        }
+        Err(error) => {
+            drop(watch);
+            eprintln!("error: {error}");
+            ExitCode::from(RUN_FAILED)
+        }
+    }
+}
+
+/// `runs/NAME`, or `runs/NAME-2` and so on where there is a run already.
+fn free_directory(name: &str) -> PathBuf {
+    let numbered = |n: u32| PathBuf::from("runs").join(if n == 1 { name.to_owned() } else { format!("{name}-{n}") });
+    (1..).map(numbered).find(|dir| !dir.exists()).unwrap_or_else(|| numbered(1))
+}
+
+struct Silent;
+
+impl Watch for Silent {
+    fn begin(&mut self, _: &str, _: u64) {}
+    fn progress(&mut self, _: u64) {}
+}
+
+/// A bar on a terminal, a line every ten seconds elsewhere.
+#[derive(Default)]
+struct Progress {
+    bar: Option<indicatif::ProgressBar>,
+    steps: u64,
+    began: Option<Instant>,
+    last: Option<Instant>,
+}
+
+impl Watch for Progress {
+    fn begin(&mut self, adapter: &str, steps: u64) {
+        eprintln!("{steps} steps on {adapter}");
+        self.steps = steps;
+        self.began = Some(Instant::now());
+        if std::io::stderr().is_terminal() {
+            let style = indicatif::ProgressStyle::with_template("{bar:40} {pos}/{len} steps, {per_sec}, {eta} left")
+                .unwrap_or_else(|_| indicatif::ProgressStyle::default_bar());
+            self.bar = Some(indicatif::ProgressBar::new(steps).with_style(style));
+        }
+    }
+
+    fn progress(&mut self, done: u64) {
+        if let Some(bar) = &self.bar {
+            bar.set_position(done);
+            return;
+        }
+        let Some(began) = self.began else { return };
+        let elapsed = began.elapsed().as_secs_f64();
+        let due = self.last.is_none_or(|last| last.elapsed() >= Duration::from_secs(10));
+        if done > 0 && (due || done == self.steps) {
+            self.last = Some(Instant::now());
+            #[allow(clippy::cast_precision_loss)]
+            let (done_f, rest) = (done as f64, (self.steps - done) as f64);
+            let rate = done_f / elapsed.max(1e-9);
+            eprintln!("{done}/{} steps, {rate:.1} steps/s, {:.0} s left", self.steps, rest / rate);
+        }
+    }
+}
+
+impl Drop for Progress {
+    fn drop(&mut self) {
+        if let Some(bar) = &self.bar {
+            bar.finish_and_clear();
+        }
+    }
 }

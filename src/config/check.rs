@@ -457,17 +457,5 @@ pub fn outputs(outputs: &[Output], system: &System, root: &Node, found: &mut Vec
                     .help("write more often, or run longer"),
             );
         }
-        let fields = lists.iter().any(|(_, words)| words.iter().any(|w| w == "fields"));
-        if fields && system.domain.size.iter().any(|edge| edge % output.block != 0) {
-            found.push(
-                Diagnostic::warning(format!(
-                    "blocks of {} cells do not divide the box {:?}: the last ones are cut",
-                    output.block, system.domain.size
-                ))
-                .at(at("block"), "edge of the blocks")
-                .at(root.place(&["box", "size"]), "box")
-                .help("choose a block that divides every edge"),
-            );
-        }
     }
 }

@@ -5,7 +5,7 @@ use super::session::{Session, create_buffers};
 use super::{Gpu, GpuError};
 use crate::buffers::{Buffer, Extent, MeasureSettings, Now, Sizes, find};
 use crate::shader::{Module, Shared};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 use std::sync::atomic::{AtomicU8, Ordering};
 
 const SOURCE: &str = include_str!("../../shaders/measure/measure.wgsl");
@@ -16,6 +16,8 @@ const ALWAYS: &[&str] = &["squirmers", "steric", "fluid_force", "wall_impulses",
 /// What a snapshot takes of the fluid.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Wanted {
+    /// Totals over the fluid.
+    pub totals: bool,
     /// Fields over blocks of this many cells along the edge, if any.
     pub block: Option<u32>,
     /// This share of the particles, if any.
@@ -26,6 +28,8 @@ pub struct Wanted {
 pub struct Measurement {
     kernels: Vec<Kernel>,
     buffers: Buffers,
+    /// Staging buffers that have been read and can be used again.
+    ring: Ring,
     wanted: Wanted,
     /// Blocks per axis.
     pub blocks: [u32; 3],
@@ -33,12 +37,15 @@ pub struct Measurement {
     pub samples: u64,
 }
 
+type Ring = Arc<Mutex<Vec<wgpu::Buffer>>>;
+
 /// A snapshot on its way to the host.
 pub struct Reading {
     /// Steps done when it was taken.
     pub step: u64,
     parts: Vec<(&'static str, usize)>,
     readback: Readback,
+    ring: Ring,
 }
 
 /// A staging buffer that is being mapped.
@@ -91,13 +98,18 @@ impl Reading {
         self.readback.settled()
     }
 
-    /// The parts by name.
+    /// The parts by name; to be called once.
     ///
     /// # Errors
     /// If they never arrived.
     pub fn take(&self) -> Result<Parts, GpuError> {
         let lost = || GpuError::Lost("a snapshot could not be read back".into());
-        Ok(Parts { bytes: self.readback.take().ok_or_else(lost)?, parts: self.parts.clone() })
+        let bytes = self.readback.take().ok_or_else(lost)?;
+        self.readback.buffer.unmap();
+        if let Ok(mut ring) = self.ring.lock() {
+            ring.push(self.readback.buffer.clone());
+        }
+        Ok(Parts { bytes, parts: self.parts.clone() })
     }
 }
 
@@ -163,19 +175,19 @@ impl Measurement {
             mapped_at_creation: false,
         });
         gpu.queue.write_buffer(&uniform, 0, bytemuck::bytes_of(&settings));
-        let phases = [
-            ("clear_totals", Extent::One),
-            ("clear", Extent::Cells),
-            ("reduce", Extent::Particles),
-            ("total", Extent::Cells),
-            ("coarsen", Extent::Coarse),
-            ("sample", Extent::Samples),
-        ];
+        let mut phases = Vec::new();
+        if wanted.totals || wanted.block.is_some() {
+            phases.extend([("clear", Extent::Cells), ("reduce", Extent::Particles)]);
+        }
+        if wanted.totals {
+            phases.extend([("clear_totals", Extent::One), ("total", Extent::Cells)]);
+        }
+        phases.extend([("coarsen", Extent::Coarse), ("sample", Extent::Samples)]);
         let kernels = phases
             .iter()
             .map(|phase| Kernel::new(gpu, &compiled, &module, *phase, (&buffers, &uniform), &sizes))
             .collect::<Result<Vec<_>, _>>()?;
-        Ok(Self { kernels, buffers, wanted, blocks, samples })
+        Ok(Self { kernels, buffers, ring: Ring::default(), wanted, blocks, samples })
     }
 
     /// Measures and copies after the steps submitted so far; does not wait.
@@ -189,8 +201,10 @@ impl Measurement {
                 kernel.dispatch(&mut pass, Now::default());
             }
         }
-        let mut names: Vec<&'static str> = vec!["totals"];
-        names.extend(ALWAYS);
+        let mut names: Vec<&'static str> = ALWAYS.to_vec();
+        if self.wanted.totals {
+            names.push("totals");
+        }
         if self.wanted.block.is_some() {
             names.push("fields");
         }
@@ -198,7 +212,8 @@ impl Measurement {
             names.push("samples");
         }
         let total = names.iter().map(|n| self.buffers[n].size()).sum();
-        let target = staging(gpu, total);
+        let used = self.ring.lock().ok().and_then(|mut ring| ring.pop());
+        let target = used.unwrap_or_else(|| staging(gpu, total));
         let mut offset = 0;
         let mut parts = Vec::new();
         for name in names {
@@ -208,7 +223,7 @@ impl Measurement {
             parts.push((name, usize::try_from(source.size()).expect("staging fits in memory")));
         }
         gpu.queue.submit([encoder.finish()]);
-        Reading { step: session.step(), parts, readback: Readback::map(target) }
+        Reading { step: session.step(), parts, readback: Readback::map(target), ring: self.ring.clone() }
     }
 
     /// The scale by which the wide sums of `totals` were multiplied.

@@ -131,6 +131,39 @@ impl Session {
         self.write("system", bytemuck::bytes_of(&uniform));
     }
 
+    /// Name of the adapter.
+    #[must_use]
+    pub fn adapter(&self) -> String {
+        self.gpu.summary.name.clone()
+    }
+
+    /// Its driver.
+    #[must_use]
+    pub fn driver(&self) -> String {
+        self.gpu.summary.driver.clone()
+    }
+
+    /// The physical system.
+    #[must_use]
+    pub fn system(&self) -> &System {
+        &self.system
+    }
+
+    /// Fluid particles.
+    #[must_use]
+    pub fn particles(&self) -> u64 {
+        self.sizes.particles
+    }
+
+    /// Lets finished copies be noticed, without waiting.
+    ///
+    /// # Errors
+    /// If the device was lost.
+    pub fn poll(&self) -> Result<(), GpuError> {
+        self.gpu.device.poll(wgpu::PollType::Poll).map_err(|e| GpuError::Lost(e.to_string()))?;
+        self.gpu.healthy()
+    }
+
     /// Steps done so far.
     #[must_use]
     pub fn step(&self) -> u64 {

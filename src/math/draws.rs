@@ -59,3 +59,71 @@ pub fn arrivals(draw: Draw, owner: u32, length: f64) -> impl Iterator<Item = (u3
         time < length
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::rng::Purpose;
+
+    /// Asserts that the mean of `samples` is `mean` within five standard errors, the variance being `variance`.
+    fn assert_mean(samples: impl Iterator<Item = f64>, mean: f64, variance: f64) {
+        let (sum, count) = samples.fold((0.0, 0.0), |(sum, count), x| (sum + x, count + 1.0));
+        let found: f64 = sum / count;
+        assert!((found - mean).abs() < 5.0 * (variance / count).sqrt(), "{found} instead of {mean}");
+    }
+
+    fn draw() -> Draw {
+        Draw::new(11, Purpose::Start, 5)
+    }
+
+    #[test]
+    fn normals_have_their_first_four_moments_and_no_correlation() {
+        let samples: Vec<DVec3> = (0..40_000).map(|i| normals(draw().uniforms(0, i, 0))).collect();
+        for axis in 0..3 {
+            let x = || samples.iter().map(|n| n[axis]);
+            assert_mean(x(), 0.0, 1.0);
+            assert_mean(x().map(|x| x * x), 1.0, 2.0);
+            assert_mean(x().map(|x| x.powi(4)), 3.0, 96.0);
+            assert_mean(samples.iter().map(|n| n[axis] * n[(axis + 1) % 3]), 0.0, 1.0);
+        }
+    }
+
+    #[test]
+    fn directions_are_isotropic_unit_vectors() {
+        let samples: Vec<DVec3> = (0..40_000)
+            .map(|i| {
+                let u = draw().uniforms(1, i, 0);
+                direction(u[0], u[1])
+            })
+            .collect();
+        assert!(samples.iter().all(|e| (e.length() - 1.0).abs() < 1e-12));
+        for axis in 0..3 {
+            assert_mean(samples.iter().map(|e| e[axis]), 0.0, 1.0 / 3.0);
+            assert_mean(samples.iter().map(|e| e[axis].powi(2)), 1.0 / 3.0, 4.0 / 45.0);
+            assert_mean(samples.iter().map(|e| e[axis] * e[(axis + 1) % 3]), 0.0, 1.0 / 15.0);
+        }
+    }
+
+    #[test]
+    fn gamma_variates_have_mean_and_variance_equal_to_their_shape() {
+        for shape in [0.5, 1.0, 1.5, 3.0, 12.0, 87.0] {
+            let samples: Vec<f64> = (0..40_000).map(|owner| gamma(&draw(), owner, shape)).collect();
+            assert!(samples.iter().all(|x| *x >= 0.0));
+            assert_mean(samples.iter().copied(), shape, shape);
+            // The fourth central moment is 3 k^2 + 6 k.
+            assert_mean(samples.iter().map(|x| (x - shape).powi(2)), shape, 2.0 * shape * shape + 6.0 * shape);
+        }
+    }
+
+    #[test]
+    fn arrivals_are_poisson_distributed() {
+        for length in [0.01, 0.7, 10.0, 60.0] {
+            let counts: Vec<f64> = (0..20_000).map(|owner| arrivals(draw(), owner, length).count() as f64).collect();
+            assert_mean(counts.iter().copied(), length, length);
+            // The fourth central moment is length + 3 length^2.
+            let variance_of_square = length + 2.0 * length * length;
+            assert_mean(counts.iter().map(|n| (n - length).powi(2)), length, variance_of_square);
+        }
+        assert_eq!(arrivals(draw(), 3, 0.0).count(), 0);
+    }
+}

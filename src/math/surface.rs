@@ -32,3 +32,53 @@ impl Slip {
         -self.b1 * (1.0 + self.beta * zeta) * e_zeta.z * e_zeta + self.rotlet * zeta * rho / shape.across * e_phi
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::draws::direction;
+
+    const SHAPES: [(f64, f64); 4] = [(3.0, 3.0), (6.0, 3.0), (2.0, 4.0), (9.0, 1.0)];
+
+    /// Points over the whole surface, uniform for a sphere.
+    fn points(shape: Spheroid, count: u32) -> impl Iterator<Item = DVec3> {
+        let golden = 0.5 * (5f64.sqrt() - 1.0);
+        (0..count).map(move |i| {
+            let u = direction((f64::from(i) + 0.5) / f64::from(count), f64::from(i) * golden);
+            u * DVec3::new(shape.across, shape.across, shape.along)
+        })
+    }
+
+    #[test]
+    fn slip_is_the_axis_projected_on_the_surface() {
+        for (along, across) in SHAPES {
+            let shape = Spheroid { along, across };
+            let slip = Slip { b1: 0.1, beta: -2.0, rotlet: 0.0 };
+            for s in points(shape, 500).chain([DVec3::new(0.0, 0.0, along), DVec3::new(0.0, 0.0, -along)]) {
+                let normal = (s / DVec3::new(across, across, along).powf(2.0)).normalize();
+                let tangent = DVec3::Z - normal.z * normal;
+                let expected = -0.1 * (1.0 - 2.0 * s.z / along) * tangent;
+                assert!((slip.at(shape, s) - expected).length() < 1e-13, "{s}");
+            }
+        }
+    }
+
+    /// Lighthill (1952) and Blake (1971): a sphere swims with minus the mean slip, (2/3) B1.
+    #[test]
+    fn sphere_swims_along_its_axis() {
+        let shape = Spheroid { along: 3.0, across: 3.0 };
+        let slip = Slip { b1: 0.1, beta: 3.0, rotlet: 0.2 };
+        let mean = points(shape, 20_000).map(|s| slip.at(shape, s)).sum::<DVec3>() / 20_000.0;
+        assert!((mean + DVec3::Z * 0.2 / 3.0).length() < 1e-5, "{mean}");
+    }
+
+    #[test]
+    fn rotlet_turns_the_halves_against_each_other() {
+        let shape = Spheroid { along: 6.0, across: 3.0 };
+        let slip = Slip { b1: 0.0, beta: 0.0, rotlet: 0.3 };
+        let s = DVec3::new(3.0 * 0.8, 0.0, 6.0 * 0.6);
+        assert!((slip.at(shape, s) - DVec3::Y * 0.3 * 0.6 * 0.8).length() < 1e-15);
+        assert!((slip.at(shape, -s) - slip.at(shape, s)).length() < 1e-15);
+        assert!((slip.at(shape, DVec3::new(s.x, 0.0, -s.z)) + slip.at(shape, s)).length() < 1e-15);
+    }
+}

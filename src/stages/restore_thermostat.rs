@@ -175,15 +175,14 @@ impl Relative {
         let rotated = self.energy - turned.dot(after);
         match rule {
             Energy::Left => self.operator(rotation, omega - turned),
+            // A residual that rounding may have made has no direction to scale.
+            Energy::Drawn if self.count < 3.0 && residual <= 1e-6 * self.energy => Operator::default(),
             _ if self.count < 3.0 => {
                 // u of a pair lies along its line: the rotation and the projection can only turn its sign.
                 let stretch = self.xw.x_axis.x + self.xw.y_axis.y + self.xw.z_axis.z;
                 let stretch_after = (0..3).map(|i| self.xw.row(i).dot(rotation.row(i))).sum::<f64>();
                 let sign = if stretch * stretch_after < 0.0 { -1.0 } else { 1.0 };
-                let scale = match rule {
-                    Energy::Drawn if residual > 0.0 => (drawn(1.0) / residual).sqrt(),
-                    _ => 1.0,
-                };
+                let scale = if rule == Energy::Drawn { (drawn(1.0) / residual).sqrt() } else { 1.0 };
                 let factor = sign * scale;
                 self.operator(DMat3::from_diagonal(DVec3::splat(factor)), (1.0 - factor) * omega)
             }

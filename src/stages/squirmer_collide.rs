@@ -4,9 +4,10 @@ use super::squirmer_fill::{absorb, slip};
 use super::stream::{bounce, fly, next_wall, wrap};
 use super::{Finding, Gravity, Phase, Stage};
 use crate::buffers::Extent;
+use crate::math::spheroid::Spheroid;
 use crate::math::surface::Slip;
 use crate::state::scene::{Load, Motion, Scene};
-use crate::state::{Domain, Particle, System};
+use crate::state::{Domain, Particle, Squirmer, System};
 use crate::{params, shared};
 use glam::{DQuat, DVec3};
 
@@ -47,7 +48,7 @@ impl Stage for SquirmerCollide {
 
     fn check(_: &Self, system: &System) -> Vec<Finding> {
         let flight = system.fluid.temperature.sqrt() * system.run.dt;
-        let coarse = |shape: crate::math::spheroid::Spheroid| flight > 0.25 * shape.along.min(shape.across);
+        let coarse = |shape: Spheroid| flight > 0.25 * shape.along.min(shape.across);
         let finding = |name: &str| Finding {
             gravity: Gravity::Warning,
             field: "",
@@ -108,10 +109,17 @@ struct Body {
 }
 
 fn bodies(system: &System, scene: &Scene) -> Vec<Body> {
-    let body = |(i, squirmer): (usize, &crate::state::Squirmer)| {
+    let body = |(i, squirmer): (usize, &Squirmer)| {
         let species = &system.species[squirmer.species];
         let shape = species.spheroid();
-        let start = scene.motions[i];
+        // Without a stage that moves squirmers they rest.
+        let rest = Motion {
+            position: squirmer.position,
+            orientation: squirmer.orientation,
+            drift: DVec3::ZERO,
+            spin: DVec3::ZERO,
+        };
+        let start = scene.motions.get(i).copied().unwrap_or(rest);
         Body {
             axes: DVec3::new(shape.across, shape.across, shape.along),
             slip: slip(species),
@@ -154,7 +162,7 @@ impl Body {
 
     /// Velocity of the surface at `arm` from the centre: V + Omega x s + u_sq(s).
     fn surface_velocity(&self, orientation: DQuat, arm: DVec3) -> DVec3 {
-        let shape = crate::math::spheroid::Spheroid { along: self.axes.z, across: self.axes.x };
+        let shape = Spheroid { along: self.axes.z, across: self.axes.x };
         let slip = orientation * self.slip.at(shape, orientation.inverse() * arm);
         self.start.drift + self.start.spin.cross(arm) + slip
     }
@@ -204,7 +212,7 @@ impl Flight<'_> {
     }
 
     /// From the centre of a body at a fraction of the step to the particle.
-    fn from_centre(&self, body: &Body, fraction: f64) -> DVec3 {
+    fn arm(&self, body: &Body, fraction: f64) -> DVec3 {
         nearest(self.domain, self.particle.position - body.pose(fraction).0)
     }
 
@@ -212,7 +220,7 @@ impl Flight<'_> {
     fn leave(&mut self, fraction: f64, scale: f64) {
         for body in self.bodies {
             let (_, orientation) = body.pose(fraction);
-            let from_centre = self.from_centre(body, fraction);
+            let from_centre = self.arm(body, fraction);
             let depth = body.scaled(orientation, from_centre).length();
             if depth < 1.0 {
                 self.met = true;
@@ -236,7 +244,7 @@ impl Flight<'_> {
     /// done by then, and the arm from the centre, lab frame. Solves |p + lambda d| = 1 for the entry.
     fn contact(&self, body: &Body, fraction: f64, rest: f64) -> Option<(f64, DVec3)> {
         let (_, orientation) = body.pose(fraction);
-        let from = self.from_centre(body, fraction);
+        let from = self.arm(body, fraction);
         let to = from + self.particle.velocity * rest - (1.0 - fraction) * body.displacement;
         let p = body.scaled(orientation, from);
         let d = body.scaled(body.orientation, to) - p;

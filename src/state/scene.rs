@@ -4,7 +4,7 @@ use super::{State, System};
 use glam::{DMat3, DQuat, DVec3};
 
 /// Sums over one cell's particles; x is relative to the cell's centre. (23 numbers.)
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Moments {
     /// Particles, ghosts included.
     pub count: f64,
@@ -18,6 +18,14 @@ pub struct Moments {
     pub xx: DMat3,
     /// sum x v^T: entry (row i, column j) is sum x_i v_j.
     pub xv: DMat3,
+}
+
+impl Default for Moments {
+    fn default() -> Self {
+        // A matrix of glam is the identity by default.
+        let (xx, xv) = (DMat3::ZERO, DMat3::ZERO);
+        Self { count: 0.0, v: DVec3::ZERO, energy: 0.0, x: DVec3::ZERO, xx, xv }
+    }
 }
 
 impl Moments {

@@ -55,9 +55,9 @@ params! {
     /// Semi-axes of a spheroid: prolate if along > across, oblate if along < across, else a sphere.
     pub struct SemiAxes {
         /// Semi-axis along the swimming axis e.
-        pub along: f64; "a", Float { min: 0.5, max: 100.0 };
+        pub along: f64; "a", Float { min: 0.5, max: 64.0 };
         /// The two semi-axes perpendicular to e.
-        pub across: f64; "a", Float { min: 0.5, max: 100.0 };
+        pub across: f64; "a", Float { min: 0.5, max: 64.0 };
     }
 }
 

@@ -146,7 +146,6 @@ fn walls_fluid_and_time_step() {
 fn outputs_must_write_something() {
     says(&[("record = [\"squirmers\", \"scalars\"]\n", "")], "45:1", &["warning: this output names nothing"]);
     says(&[("every = 20", "every = 200")], "47:9", &["the run ends after 100 steps, before the first output"]);
-    says(&[("\"scalars\"]\nevery = 20", "\"fields\"]\nevery = 20\nblock = 7")], "48:9", &["blocks of 7 cells"]);
 }
 
 #[test]

@@ -1,0 +1,214 @@
+//! The outputs of a run: which snapshots are due, and handing them to the writer thread as they arrive from the GPU.
+
+use super::frames::Frame;
+use super::{Options, RunError};
+use crate::gpu::measure::Wanted;
+use crate::gpu::{Measurement, Reading, Session};
+use crate::graph::{Output, Plan};
+use crate::sink::{Job, Outlets, Summary, Targets, Writer};
+use crate::sink::{Provenance, Publisher, Recorder, Tables};
+use crate::state::System;
+use crate::wire::{Kind, Stamp};
+use std::collections::VecDeque;
+use std::path::Path;
+
+/// Messages that may wait for the disk before the run waits for it.
+const DEPTH: usize = 8;
+
+struct Due {
+    output: Output,
+    measurement: Measurement,
+    kinds: Vec<(Kind, Targets)>,
+    sequence: u64,
+}
+
+/// All outputs of one run.
+pub struct Outputs {
+    due: Vec<Due>,
+    waiting: VecDeque<(usize, u64, Reading)>,
+    writer: Option<Writer>,
+    run_id: [u8; 16],
+}
+
+/// What an output wants of one kind.
+fn targets(output: &Output, kind: Kind) -> Targets {
+    let has = |list: &[String]| list.iter().any(|t| t == kind.topic());
+    Targets { publish: has(&output.publish), record: has(&output.record), csv: has(&output.csv) }
+}
+
+impl Due {
+    fn new(output: &Output, session: &Session) -> Result<Self, RunError> {
+        let kinds: Vec<(Kind, Targets)> =
+            Kind::ALL.into_iter().map(|k| (k, targets(output, k))).filter(|(_, t)| *t != Targets::default()).collect();
+        let wants = |kind: Kind| kinds.iter().any(|(k, _)| *k == kind);
+        let wanted = Wanted {
+            totals: wants(Kind::Scalars),
+            block: wants(Kind::Fields).then_some(output.block),
+            fraction: wants(Kind::Particles).then_some(output.fraction),
+        };
+        Ok(Self { output: output.clone(), measurement: Measurement::new(session, wanted)?, kinds, sequence: 0 })
+    }
+
+    fn encode(&self, kind: Kind, frame: &Frame, system: &System, population: u64, stamp: &Stamp) -> Vec<u8> {
+        let m = &self.measurement;
+        match kind {
+            Kind::Squirmers => frame.squirmers_message(system).encode(stamp),
+            Kind::Scalars => frame.scalars_message(system).encode(stamp),
+            Kind::Fields => frame.fields_message(system, m.blocks, self.output.block).encode(stamp),
+            Kind::Particles => {
+                frame.particles_message(system, self.output.fraction, m.samples, population).encode(stamp)
+            }
+        }
+    }
+}
+
+/// Identity of a run: a hash of what it is, when it began and which process it is.
+fn identity(plan: &Plan) -> [u8; 16] {
+    let mut hasher = blake3::Hasher::new();
+    hasher.update(plan.resolved.as_bytes());
+    let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap_or_default();
+    hasher.update(&now.as_nanos().to_le_bytes());
+    hasher.update(&std::process::id().to_le_bytes());
+    hasher.finalize().as_bytes()[..16].try_into().expect("16 bytes")
+}
+
+fn file(what: &'static str, path: &Path) -> impl FnOnce(std::io::Error) -> RunError {
+    let path = path.to_owned();
+    move |source| RunError::File { what, path, source }
+}
+
+impl Outputs {
+    /// Prepares the directory, the files and the topics.
+    ///
+    /// # Errors
+    /// If the directory holds a run, cannot be written, or shared memory is too small.
+    pub fn open(plan: &Plan, options: &Options, session: &Session) -> Result<Self, RunError> {
+        let dir = &options.out;
+        for name in ["run.mcap", "summary.json", "scalars.csv", "squirmers.csv"] {
+            if dir.join(name).exists() {
+                return Err(RunError::Occupied(dir.clone()));
+            }
+        }
+        std::fs::create_dir_all(dir).map_err(file("create", dir))?;
+        let resolved = dir.join("pipeline.toml");
+        std::fs::write(&resolved, &plan.resolved).map_err(file("write", &resolved))?;
+        let due = plan.outputs.iter().map(|o| Due::new(o, session)).collect::<Result<Vec<_>, _>>()?;
+        let run_id = identity(plan);
+        let mut outputs = Self { due, waiting: VecDeque::new(), writer: None, run_id };
+        let any = |pick: fn(&Targets) -> bool| outputs.due.iter().any(|d| d.kinds.iter().any(|(_, t)| pick(t)));
+        let mut outlets = Outlets::default();
+        if any(|t| t.record) {
+            let provenance = Provenance {
+                run: plan.name.clone(),
+                run_id,
+                seed: plan.system.run.seed,
+                version: env!("CARGO_PKG_VERSION").to_owned(),
+                details: details(session, options),
+            };
+            outlets.recorder = Some(Recorder::create(dir, &provenance, &plan.resolved)?);
+        }
+        if any(|t| t.csv) {
+            outlets.tables = Some(Tables::create(dir)?);
+        }
+        if any(|t| t.publish) {
+            let lengths = outputs.lengths(session)?;
+            outlets.publisher = Some(Publisher::open(&plan.name, &lengths)?);
+        }
+        outputs.writer = Some(Writer::spawn(outlets, DEPTH).map_err(file("start a thread for", dir))?);
+        Ok(outputs)
+    }
+
+    /// Length of the messages of every published kind: they do not change during a run, so one reading tells.
+    fn lengths(&self, session: &Session) -> Result<Vec<(Kind, usize)>, RunError> {
+        let mut lengths: Vec<(Kind, usize)> = Vec::new();
+        for due in &self.due {
+            let reading = due.measurement.take(session);
+            session.wait()?;
+            let frame = Frame::new(session, &reading, reading.take()?);
+            for (kind, _) in due.kinds.iter().filter(|(_, t)| t.publish) {
+                let stamp = self.stamp(session.system(), &frame, due);
+                let length = due.encode(*kind, &frame, session.system(), session.particles(), &stamp).len();
+                match lengths.iter_mut().find(|(k, _)| k == kind) {
+                    Some((_, longest)) => *longest = length.max(*longest),
+                    None => lengths.push((*kind, length)),
+                }
+            }
+        }
+        Ok(lengths)
+    }
+
+    fn stamp(&self, system: &System, frame: &Frame, due: &Due) -> Stamp {
+        Stamp {
+            run_id: self.run_id,
+            step: frame.step,
+            time: frame.time,
+            seq: due.sequence,
+            every: due.output.every,
+            box_size: system.domain.size.map(f64::from),
+            walls: system.domain.walls.is_some(),
+        }
+    }
+
+    /// The first step after `step` at which something is due.
+    #[must_use]
+    pub fn next_due(&self, step: u64) -> u64 {
+        self.due.iter().map(|d| step - step % d.output.every + d.output.every).min().unwrap_or(u64::MAX)
+    }
+
+    /// Takes what is due after `step` steps.
+    ///
+    /// # Errors
+    /// If the GPU refuses.
+    pub fn take(&mut self, session: &Session, step: u64) -> Result<(), RunError> {
+        for (index, due) in self.due.iter().enumerate() {
+            if step.is_multiple_of(due.output.every) && !due.kinds.is_empty() {
+                self.waiting.push_back((index, step, due.measurement.take(session)));
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether so many readings are under way that the loop should wait for them.
+    #[must_use]
+    pub fn crowded(&self) -> bool {
+        self.waiting.len() > DEPTH
+    }
+
+    /// Hands what has arrived to the writer thread.
+    ///
+    /// # Errors
+    /// If a snapshot was lost or the writer had to stop.
+    pub fn hand_over(&mut self, session: &Session) -> Result<(), RunError> {
+        while self.waiting.front().is_some_and(|(_, _, r)| r.settled()) {
+            let (index, _, reading) = self.waiting.pop_front().expect("not empty");
+            let frame = Frame::new(session, &reading, reading.take()?);
+            super::faults(frame.step, frame.faults)?;
+            let due = &self.due[index];
+            let stamp = self.stamp(session.system(), &frame, due);
+            for (kind, targets) in &due.kinds {
+                let bytes = due.encode(*kind, &frame, session.system(), session.particles(), &stamp);
+                if let Some(writer) = &mut self.writer {
+                    writer.send(Job::Snapshot(bytes, *targets))?;
+                }
+            }
+            self.due[index].sequence += 1;
+        }
+        Ok(())
+    }
+
+    /// Waits for the writer and closes everything.
+    ///
+    /// # Errors
+    /// If a file could not be finished.
+    pub fn finish(self) -> Result<Summary, RunError> {
+        Ok(self.writer.map_or(Ok(Summary::default()), Writer::finish)?)
+    }
+}
+
+fn details(session: &Session, options: &Options) -> serde_json::Map<String, serde_json::Value> {
+    let mut map = serde_json::Map::new();
+    map.insert("adapter".into(), session.adapter().into());
+    map.insert("driver".into(), session.driver().into());
+    map.insert("command".into(), options.command.clone().into());
+    map
+}
