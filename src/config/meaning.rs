@@ -6,13 +6,11 @@ use crate::graph::{self, Output, Plan, bins, memory, sizes};
 use crate::math::mobility::Friction;
 use crate::math::transport::{Rule, Transport};
 use crate::params::Value;
+use crate::wire::domain::SAMPLES;
 use std::fmt;
 
 /// Nanoseconds per particle and step of a data-centre GPU, for estimates of duration.
 const GPU_PACE: f64 = 0.06;
-
-/// Samples that shared memory keeps of each topic: what four subscribers hold (two each), two that wait, two being written.
-const SHARED_SAMPLES: u64 = 12;
 
 /// Bytes of a message before its rows: header, column table, species table.
 const MESSAGE_HEAD: u64 = 1024;
@@ -175,7 +173,7 @@ fn snapshots(plan: &Plan, particles: u64) -> Vec<(&'static str, u64)> {
 
 fn shared(plan: &Plan, particles: u64) -> u64 {
     let topics = plan.outputs.iter().flat_map(|o| o.publish.iter().map(move |t| message(plan, o, t, particles)));
-    topics.sum::<u64>() * SHARED_SAMPLES
+    topics.sum::<u64>() * SAMPLES as u64
 }
 
 #[allow(clippy::cast_precision_loss)]
