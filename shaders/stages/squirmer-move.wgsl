@@ -3,6 +3,7 @@
 //!include cells
 //!include rigid
 //!include steric
+//!include wall-impulse
 
 @group(0) @binding(0) var<uniform> system: SystemUniform;
 @group(0) @binding(1) var<uniform> settings: SquirmerMoveSettings;
@@ -12,6 +13,7 @@
 @group(0) @binding(5) var<storage, read_write> bin_next: array<u32>;
 @group(0) @binding(6) var<storage, read_write> steric: array<vec4<f32>>;
 @group(0) @binding(7) var<storage, read_write> faults: array<atomic<u32>>;
+@group(0) @binding(8) var<storage, read_write> wall_impulses: array<atomic<u32>>;
 var<immediate> now: Now;
 
 // Partners and walls that may act on one squirmer; the fixed-point scales leave room for as many at their largest force.
@@ -135,6 +137,16 @@ fn add_wall(sum: Sum, body: Spheroid, height: f32, inward: f32) -> Sum {
     return add_contact(sum, strength * c.by_shift, strength * c.by_turn_b);
 }
 
+// The wall receives the opposite of what it gives a free squirmer in this substep.
+fn lean_on_wall(before: Sum, i: u32, body: Spheroid, wall: u32, height: f32) -> Sum {
+    let after = add_wall(before, body, height, select(1.0, -1.0, wall == 1u));
+    let given = vec3<f32>(after.force - before.force) * (1.0 / settings.force_scale);
+    if any(given != vec3<f32>(0.0)) && species[squirmers[i].species].held == 0u {
+        add_wall_impulse(i / WORKGROUP, wall, -2.0 * settings.half_step * given);
+    }
+    return after;
+}
+
 // The pair is computed with the lower index first by both partners: action equals reaction in every bit.
 fn add_partner(sum: Sum, i: u32, body: Spheroid, j: u32) -> Sum {
     let low = min(i, j);
@@ -197,8 +209,8 @@ fn force(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) group
     }
     if system.walled == 1u {
         // Heights from whole units above the nearer wall: a global f32 coordinate would lose digits at the far one.
-        sum = add_wall(sum, body, f32(position.y) * system.cell_per_unit.y, 1.0);
-        sum = add_wall(sum, body, f32(0x80000000u - position.y) * system.cell_per_unit.y, -1.0);
+        sum = lean_on_wall(sum, i, body, 0u, f32(position.y) * system.cell_per_unit.y);
+        sum = lean_on_wall(sum, i, body, 1u, f32(0x80000000u - position.y) * system.cell_per_unit.y);
     }
     steric[2u * i] = vec4<f32>(vec3<f32>(sum.force) * (1.0 / settings.force_scale), 0.0);
     steric[2u * i + 1u] = vec4<f32>(vec3<f32>(sum.torque) * (1.0 / settings.torque_scale), 0.0);
