@@ -153,8 +153,8 @@ mod tests {
         let at = |start| sources.line_column(Span { source, start, end: start });
         assert_eq!(at(0), (1, 1));
         assert_eq!(at(4), (1, 5));
-        assert_eq!(at(10), (3, 1));
-        assert_eq!(at(13), (3, 3));
+        assert_eq!(at(11), (3, 1));
+        assert_eq!(at(14), (3, 3));
         assert_eq!(at(1000), (4, 1));
     }
 

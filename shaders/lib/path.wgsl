@@ -60,3 +60,13 @@ fn fly(start: Path, time: f32) -> Path {
     }
     return p;
 }
+
+// Half a step of the body force. It is often no more than a few units in the last place of a velocity, and rounding to the nearest
+// would then change its size for whole classes of particles: the low bits of the position decide which way to round.
+fn kicked(v: vec3<f32>, position: vec3<u32>) -> vec3<f32> {
+    let kick = system.acceleration * (0.5 * system.dt);
+    let dice = vec3<f32>(position.yzx & vec3<u32>(0xffffu)) * 1.52587890625e-5 - 0.49999237060546875;
+    // Distance to the next larger magnitude.
+    let unit = abs(bitcast<vec3<f32>>(bitcast<vec3<u32>>(v) + 1u) - v);
+    return select(v + fma(dice, unit, kick), v, kick == vec3<f32>(0.0));
+}

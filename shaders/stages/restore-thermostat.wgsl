@@ -103,7 +103,9 @@ fn restored(cell: u32, centred_sums: Centred, rotation: Operator) -> Operator {
     var f: f32;
     if settings.mode == ENERGY {
         let e_kept = max(0.0, k.energy - dot3(wo, l) + dot3(wo, ro));
-        f = square_root(divide(e_kept, e_turned)) - divide(dot3(wo, rt), e_turned);
+        // The positive root of f^2 e_turned + 2 f wo.rt = e_kept: exact for any wo and wt, however the cell is conditioned.
+        let t = divide(dot3(wo, rt), e_turned);
+        f = square_root(fma(t, t, divide(e_kept, e_turned))) - t;
     } else {
         f = factor(cell, fma(1.5, k.count, -3.0), k.energy, e_turned);
     }

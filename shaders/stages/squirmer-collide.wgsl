@@ -221,7 +221,7 @@ fn collide(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) gro
     if !p.met {
         return;
     }
-    let v = p.path.velocity + kick;
+    let v = kicked(p.path.velocity, p.path.position);
     for (var axis = 0u; axis < 3u; axis++) {
         positions[3u * k + axis] = p.path.position[axis];
         velocities[3u * k + axis] = v[axis];

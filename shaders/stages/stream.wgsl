@@ -16,9 +16,9 @@ fn stream(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) grou
     if i >= system.particle_count {
         return;
     }
-    let kick = system.acceleration * (0.5 * system.dt);
-    let p = fly(Path(position_at(i), velocity_at(i) + kick, vec3<f32>(0.0), vec3<f32>(0.0)), system.dt);
-    let v = p.velocity + kick;
+    let begin = position_at(i);
+    let p = fly(Path(begin, kicked(velocity_at(i), begin), vec3<f32>(0.0), vec3<f32>(0.0)), system.dt);
+    let v = kicked(p.velocity, p.position);
     for (var k = 0u; k < 3u; k++) {
         positions[3u * i + k] = p.position[k];
         velocities[3u * i + k] = v[k];

@@ -1,7 +1,10 @@
 //! `squirm run`: loads a pipeline file and starts the simulation.
 
-use super::{Overrides, RUN_FAILED, load, print, render};
-use squirm::sim::{Options, Watch};
+use super::{Overrides, RUN_FAILED, WRONG_USAGE, load, print, render};
+use squirm::config::Loaded;
+use squirm::diag::Diagnostic;
+use squirm::gpu::GpuError;
+use squirm::sim::{Options, RunError, Watch};
 use std::io::IsTerminal;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -35,7 +38,8 @@ pub fn run(args: &Args) -> ExitCode {
         render::all(&loaded.warnings, &loaded.sources);
     }
     let out = args.out.clone().unwrap_or_else(|| free_directory(&loaded.plan.name));
-    let options = Options { out, adapter: args.adapter.clone(), command: std::env::args().collect::<Vec<_>>().join(" ") };
+    let options =
+        Options { out, adapter: args.adapter.clone(), command: std::env::args().collect::<Vec<_>>().join(" ") };
     let mut watch: Box<dyn Watch> = if args.quiet { Box::new(Silent) } else { Box::new(Progress::default()) };
     match squirm::sim::run(&loaded.plan, &options, watch.as_mut()) {
         Ok(summary) => {
@@ -45,10 +49,27 @@ pub fn run(args: &Args) -> ExitCode {
         }
         Err(error) => {
             drop(watch);
-            eprintln!("error: {error}");
-            ExitCode::from(RUN_FAILED)
+            report(&loaded, &error)
         }
     }
+}
+
+/// Prints why a run failed; what the file asks for and the adapter cannot give is shown at its place in the file.
+fn report(loaded: &Loaded, error: &RunError) -> ExitCode {
+    let found = match error {
+        RunError::Gpu(GpuError::TooLarge { limit, adapter, .. }) => loaded.exceeds(adapter, *limit),
+        RunError::Gpu(GpuError::OutOfMemory { .. }) => {
+            let help = "take a smaller box or a lower density, or another adapter (`squirm adapters` lists them)";
+            vec![Diagnostic::error(error.to_string()).at(loaded.size_span, "size of the box").help(help)]
+        }
+        _ => Vec::new(),
+    };
+    if found.is_empty() {
+        eprintln!("error: {error}");
+        return ExitCode::from(RUN_FAILED);
+    }
+    render::all(&found, &loaded.sources);
+    ExitCode::from(WRONG_USAGE)
 }
 
 /// `runs/NAME`, or `runs/NAME-2` and so on where there is a run already.

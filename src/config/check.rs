@@ -10,6 +10,7 @@ use crate::math::steric::SAFETY;
 use crate::params::{Params, Value};
 use crate::stages::squirmer_move::SquirmerMove;
 use crate::state::{Species, System};
+use glam::DVec3;
 
 /// Speed of sound in units of sqrt(kT/m): sqrt(5/3), since the particles are an ideal gas.
 pub const SOUND: f64 = 1.290_994_448_735_805_6;
@@ -203,9 +204,19 @@ fn slip(species: &Species, system: &System, at: &Place<'_>, found: &mut Vec<Diag
                 .help("set b1, or write passive = true"),
         );
     }
-    let fastest = species.b1.abs() * (1.0 + species.beta.abs()) + species.rotlet.abs();
-    let mach = fastest / (SOUND * system.fluid.temperature.sqrt());
+    let mach = fastest_slip(species) / (SOUND * system.fluid.temperature.sqrt());
     too_fast(mach, &format!("the surface of \"{}\" slips", species.name), at.of(&["b1"]), found);
+}
+
+/// Largest slip velocity on the surface.
+fn fastest_slip(species: &Species) -> f64 {
+    let shape = species.spheroid();
+    let speed = |step: i32| {
+        let zeta = f64::from(step) / 100.0;
+        let s = DVec3::new(shape.across * (1.0 - zeta * zeta).max(0.0).sqrt(), 0.0, shape.along * zeta);
+        shape.slip(species.b1, species.b1 * species.beta, species.rotlet, s, DVec3::Z).length()
+    };
+    (-100..=100).map(speed).fold(0.0, f64::max)
 }
 
 fn poses(species: &Species, system: &System, at: &Place<'_>, found: &mut Vec<Diagnostic>) {
@@ -444,18 +455,6 @@ pub fn outputs(outputs: &[Output], system: &System, root: &Node, found: &mut Vec
                 Diagnostic::warning(format!("the run ends after {} steps, before the first output", system.run.steps))
                     .at(at("every"), format!("every {} steps", output.every))
                     .help("write more often, or run longer"),
-            );
-        }
-        let fields = lists.iter().any(|(_, words)| words.iter().any(|w| w == "fields"));
-        if fields && system.domain.size.iter().any(|edge| edge % output.block != 0) {
-            found.push(
-                Diagnostic::warning(format!(
-                    "blocks of {} cells do not divide the box {:?}: the last ones are cut",
-                    output.block, system.domain.size
-                ))
-                .at(at("block"), "edge of the blocks")
-                .at(root.place(&["box", "size"]), "box")
-                .help("choose a block that divides every edge"),
             );
         }
     }

@@ -97,7 +97,11 @@ pub fn check(listed: &[Listed], all_kinds_known: bool, found: &mut Vec<Diagnosti
                     .help("remove one of the two: each stage runs once in a step"),
             );
         }
-        for later in listed[i + 1..].iter().filter(|s| stage.entry.after.contains(&s.entry.kind)) {
+        let misplaced = |s: &&Listed| {
+            let before = listed[..i].iter().any(|b| b.entry.kind == s.entry.kind);
+            stage.entry.after.contains(&s.entry.kind) && !before
+        };
+        for later in listed[i + 1..].iter().filter(misplaced) {
             let (kind, before) = (stage.entry.kind, later.entry.kind);
             found.push(
                 Diagnostic::error(format!("the stage `{kind}` stands before `{before}`, but must come after it"))

@@ -6,13 +6,11 @@ use crate::graph::{self, Output, Plan, bins, memory, sizes};
 use crate::math::mobility::Friction;
 use crate::math::transport::{Rule, Transport};
 use crate::params::Value;
+use crate::wire::domain::SAMPLES;
 use std::fmt;
 
 /// Nanoseconds per particle and step of a data-centre GPU, for estimates of duration.
 const GPU_PACE: f64 = 0.06;
-
-/// Samples that shared memory keeps of each topic: what four subscribers hold (two each), two that wait, two being written.
-const SHARED_SAMPLES: u64 = 12;
 
 /// Bytes of a message before its rows: header, column table, species table.
 const MESSAGE_HEAD: u64 = 1024;
@@ -81,7 +79,8 @@ pub fn meaning(loaded: &Loaded) -> Meaning {
     elements.particles = *particles;
     let stages: Vec<_> = plan.stages.iter().map(|s| (s.entry, (s.entry.every)(&s.values) == 1)).collect();
     let kernels = graph::kernels(&stages).unwrap_or_default();
-    let memory = memory(&kernels, &elements).into_iter().map(|(b, bytes)| (b.name, bytes)).collect();
+    let mut memory: Vec<_> = memory(&kernels, &elements).into_iter().map(|(b, bytes)| (b.name, bytes)).collect();
+    memory.extend(snapshots(plan, *particles));
     let flow_speed = match (&system.domain.walls, transport) {
         (Some(walls), Some(t)) if walls.condition == "no-slip" => {
             let g = system.fluid.acceleration[0].hypot(system.fluid.acceleration[2]);
@@ -162,9 +161,19 @@ fn message(plan: &Plan, output: &Output, topic: &str, particles: u64) -> u64 {
     MESSAGE_HEAD + rows
 }
 
+/// Buffers in which the GPU prepares snapshots.
+fn snapshots(plan: &Plan, particles: u64) -> Vec<(&'static str, u64)> {
+    let bytes = |topic: &str| {
+        let asked = |o: &&Output| [&o.publish, &o.record].iter().any(|words| words.iter().any(|w| w == topic));
+        let of = |o: &Output| message(plan, o, topic, particles) - MESSAGE_HEAD;
+        plan.outputs.iter().filter(asked).map(of).sum::<u64>()
+    };
+    [("fields", bytes("fields")), ("samples", bytes("particles"))].into_iter().filter(|(_, n)| *n > 0).collect()
+}
+
 fn shared(plan: &Plan, particles: u64) -> u64 {
     let topics = plan.outputs.iter().flat_map(|o| o.publish.iter().map(move |t| message(plan, o, t, particles)));
-    topics.sum::<u64>() * SHARED_SAMPLES
+    topics.sum::<u64>() * SAMPLES as u64
 }
 
 #[allow(clippy::cast_precision_loss)]
@@ -176,9 +185,10 @@ fn disk(plan: &Plan, output: &Output, particles: u64) -> f64 {
 }
 
 /// Bytes in the largest unit that keeps the number above one.
-fn bytes(count: f64) -> String {
+#[allow(clippy::cast_precision_loss)]
+pub fn bytes(count: u64) -> String {
     let units = ["B", "kB", "MB", "GB", "TB", "PB"];
-    let (mut value, mut unit) = (count, 0);
+    let (mut value, mut unit) = (count as f64, 0);
     while value >= 1000.0 && unit + 1 < units.len() {
         value /= 1000.0;
         unit += 1;
@@ -191,7 +201,7 @@ fn grouped(count: u64) -> String {
     let digits = count.to_string();
     let mut out = String::new();
     for (i, digit) in digits.chars().enumerate() {
-        if i > 0 && (digits.len() - i) % 3 == 0 {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
             out.push(' ');
         }
         out.push(digit);
@@ -240,24 +250,23 @@ impl fmt::Display for Meaning {
 }
 
 impl Meaning {
-    #[allow(clippy::cast_precision_loss)]
+    #[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)]
     fn resources(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let total: u64 = self.memory.iter().map(|(_, n)| n).sum();
-        write!(f, "  GPU        {}", bytes(total as f64))?;
+        write!(f, "  GPU        {}", bytes(total))?;
         let mut largest = self.memory.clone();
         largest.sort_by_key(|(_, n)| std::cmp::Reverse(*n));
-        let names: Vec<String> =
-            largest.iter().take(3).map(|(name, n)| format!("{name} {}", bytes(*n as f64))).collect();
+        let names: Vec<String> = largest.iter().take(3).map(|(name, n)| format!("{name} {}", bytes(*n))).collect();
         writeln!(f, " ({})", names.join(", "))?;
-        writeln!(f, "  shared     {} of shared memory for analyzers", bytes(self.shared as f64))?;
+        writeln!(f, "  shared     {} of shared memory for analyzers", bytes(self.shared))?;
         let steps_per_hour = 3600e9 / (GPU_PACE * (self.particles.max(1_000_000)) as f64);
         let hourly = self.disk_per_step * steps_per_hour;
         let run = self.disk_per_step * self.run.0 as f64;
         writeln!(
             f,
             "  disk       {} for the run, before compression; at most {} per hour ({:.0} steps/s on a data-centre GPU)",
-            bytes(run),
-            bytes(hourly),
+            bytes(run as u64),
+            bytes(hourly as u64),
             steps_per_hour / 3600.0
         )
     }
@@ -295,7 +304,7 @@ mod tests {
     fn numbers_are_readable() {
         assert_eq!(grouped(1_234_567), "1 234 567");
         assert_eq!(grouped(12), "12");
-        assert_eq!(bytes(999.0), "999 B");
-        assert_eq!(bytes(1_500_000.0), "1.500 MB");
+        assert_eq!(bytes(999), "999 B");
+        assert_eq!(bytes(1_500_000), "1.500 MB");
     }
 }

@@ -47,7 +47,9 @@ impl Node {
     #[must_use]
     pub fn document(text: &str, source: usize) -> (Self, Vec<Diagnostic>) {
         let (table, errors) = DeTable::parse_recoverable(text);
-        let diagnostics = errors.iter().map(|e| syntax_error(e, text, source)).collect();
+        let mut diagnostics: Vec<Diagnostic> = errors.iter().map(|e| syntax_error(e, text, source)).collect();
+        // What follows on the line of an error is mostly its echo.
+        diagnostics.dedup_by_key(|d| d.labels.first().map_or(0, |(span, _)| text[..span.start].matches('\n').count()));
         let item = table_item(table.get_ref(), source, 0);
         (Self { span: Span { source, start: 0, end: 0 }, item }, diagnostics)
     }
@@ -117,8 +119,8 @@ impl Node {
 
 fn syntax_error(error: &toml::de::Error, text: &str, source: usize) -> Diagnostic {
     let range = error.span().unwrap_or(text.len()..text.len());
-    let start = range.start.min(text.len());
-    let span = Span { source, start, end: range.end.clamp(start, text.len()) };
+    let start = text.floor_char_boundary(range.start);
+    let span = Span { source, start, end: text.floor_char_boundary(range.end).max(start) };
     let message = error.message();
     let twice = message.contains("duplicate key");
     let name = text.get(span.start..span.end).unwrap_or("");

@@ -78,7 +78,7 @@ impl Readback {
         Self { buffer, state }
     }
 
-    fn settled(&self) -> bool {
+    pub(super) fn settled(&self) -> bool {
         self.state.load(Ordering::Acquire) != WAITING
     }
 

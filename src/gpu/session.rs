@@ -301,6 +301,10 @@ impl Session {
         self.gpu.queue.submit([encoder.finish()]);
         let readback = super::measure::Readback::map(staging);
         self.wait()?;
+        // Another thread's poll may be the one that runs the callback.
+        while !readback.settled() {
+            self.poll()?;
+        }
         let bytes = readback.take().ok_or_else(|| GpuError::Lost(format!("`{name}` could not be read back")))?;
         Ok(bytemuck::pod_collect_to_vec(&bytes))
     }

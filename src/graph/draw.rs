@@ -65,23 +65,31 @@ pub fn terminal(kernels: &[Kernel]) -> String {
     text
 }
 
+/// A stage of a drawing.
+struct Node<'a> {
+    stage: usize,
+    kind: &'static str,
+    /// Buffers with whether the stage reads and whether it writes them.
+    uses: Vec<(&'a str, bool, bool)>,
+}
+
 /// Stages in order of their first kernel, each with how it uses every buffer.
-fn by_stage(kernels: &[Kernel]) -> Vec<(&'static str, Vec<(&str, bool, bool)>)> {
-    let mut stages: Vec<(usize, &'static str, Vec<(&str, bool, bool)>)> = Vec::new();
+fn by_stage(kernels: &[Kernel]) -> Vec<Node<'_>> {
+    let mut nodes: Vec<Node<'_>> = Vec::new();
     for kernel in kernels {
-        let at = stages.iter().position(|s| s.0 == kernel.stage).unwrap_or_else(|| {
-            stages.push((kernel.stage, kernel.kind, Vec::new()));
-            stages.len() - 1
+        let at = nodes.iter().position(|n| n.stage == kernel.stage).unwrap_or_else(|| {
+            nodes.push(Node { stage: kernel.stage, kind: kernel.kind, uses: Vec::new() });
+            nodes.len() - 1
         });
         for (name, how) in shown(kernel) {
             let (read, write) = (how != 'w', how != 'r');
-            match stages[at].2.iter_mut().find(|(n, ..)| *n == name) {
+            match nodes[at].uses.iter_mut().find(|(n, ..)| *n == name) {
                 Some((_, r, w)) => (*r, *w) = (*r || read, *w || write),
-                None => stages[at].2.push((name, read, write)),
+                None => nodes[at].uses.push((name, read, write)),
             }
         }
     }
-    stages.into_iter().map(|(_, kind, uses)| (kind, uses)).collect()
+    nodes
 }
 
 /// A graph in the language of Graphviz: boxes are stages, ellipses are buffers, a bold line is the order.
@@ -89,16 +97,16 @@ fn by_stage(kernels: &[Kernel]) -> Vec<(&'static str, Vec<(&str, bool, bool)>)> 
 pub fn dot(name: &str, kernels: &[Kernel]) -> String {
     let mut text = format!("digraph \"{}\" {{\n  rankdir=LR;\n", name.replace(['"', '\\'], "_"));
     let stages = by_stage(kernels);
-    for (kind, _) in &stages {
+    for Node { kind, .. } in &stages {
         let _ = writeln!(text, "  \"stage {kind}\" [label=\"{kind}\", shape=box];");
     }
     for buffer in columns(kernels) {
         let _ = writeln!(text, "  \"{buffer}\" [shape=ellipse];");
     }
     for pair in stages.windows(2) {
-        let _ = writeln!(text, "  \"stage {}\" -> \"stage {}\" [style=bold];", pair[0].0, pair[1].0);
+        let _ = writeln!(text, "  \"stage {}\" -> \"stage {}\" [style=bold];", pair[0].kind, pair[1].kind);
     }
-    for (kind, uses) in &stages {
+    for Node { kind, uses, .. } in &stages {
         for (buffer, read, write) in uses {
             if *read {
                 let _ = writeln!(text, "  \"{buffer}\" -> \"stage {kind}\";");
@@ -117,7 +125,7 @@ pub fn dot(name: &str, kernels: &[Kernel]) -> String {
 pub fn mermaid(kernels: &[Kernel]) -> String {
     let mut text = String::from("flowchart LR\n");
     let stages = by_stage(kernels);
-    for (i, (kind, _)) in stages.iter().enumerate() {
+    for (i, Node { kind, .. }) in stages.iter().enumerate() {
         let _ = writeln!(text, "  s{i}[\"{kind}\"]");
     }
     let buffers = columns(kernels);
@@ -127,7 +135,7 @@ pub fn mermaid(kernels: &[Kernel]) -> String {
     for i in 1..stages.len() {
         let _ = writeln!(text, "  s{} ==> s{i}", i - 1);
     }
-    for (i, (_, uses)) in stages.iter().enumerate() {
+    for (i, Node { uses, .. }) in stages.iter().enumerate() {
         for (buffer, read, write) in uses {
             let b = buffers.iter().position(|n| n == buffer).expect("columns holds every shown buffer");
             if *read {

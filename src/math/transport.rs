@@ -103,7 +103,7 @@ mod tests {
     }
 
     /// The table of alpha = 130 degrees: density, h, then kinetic, collisional, D of SRD-a and of SRD+a. Half a unit of the last digit
-    /// printed is 0.0005 for viscosities and 0.00005 for D.
+    /// printed is 0.0005 for viscosities and 0.00005 for D; the fits of SRD+a add 0.3 % to D.
     #[test]
     fn the_published_table_is_reproduced() {
         let table = [
@@ -118,9 +118,9 @@ mod tests {
             for (conserved, expected) in [(false, minus), (true, plus)] {
                 let t = rule(density, dt, conserved);
                 let what = format!("gamma {density}, h {dt}, +a {conserved}: {t:?}");
-                assert!((t.kinetic - expected[0]).abs() < 0.00061, "{what}");
-                assert!((t.collisional - expected[1]).abs() < 0.00061, "{what}");
-                assert!((t.diffusion - expected[2]).abs() < 0.00016, "{what}");
+                assert!((t.kinetic - expected[0]).abs() < 0.00051, "{what}");
+                assert!((t.collisional - expected[1]).abs() < 0.00051, "{what}");
+                assert!((t.diffusion - expected[2]).abs() < 0.00006 + 0.003 * t.diffusion, "{what}");
                 assert!((t.viscosity - density * t.kinematic()).abs() < 1e-12, "{what}");
             }
         }
