@@ -13,6 +13,7 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::mpsc::channel;
+use std::time::{Duration, Instant};
 
 fn stamp(seq: u64) -> Stamp {
     Stamp { run_id: [7; 16], step: 20 * seq, time: seq as f64, seq, every: 20, box_size: [16.0; 3], walls: false }
@@ -69,8 +70,8 @@ fn straight_swimming_is_measured_exactly() {
         let cells: Vec<f64> = line.split(',').skip(1).map(|c| c.parse().unwrap()).collect();
         assert_eq!((cells[1], cells[2]), ((0.25 * cells[0]).powi(2), 0.0), "{line}");
     }
-    // A quarter of 39 intervals: 1 to 9 steps of 1 tau.
-    assert_eq!(file("msd.csv").lines().count(), 10);
+    // Up to a quarter of 39 intervals, about ten per factor of ten: 1, 2, 3, 4, 5, 6 and 8.
+    assert_eq!(file("msd.csv").lines().count(), 8);
     assert!(file("orientation.csv").lines().skip(1).all(|l| l.split(',').nth(2) == Some("1")));
     assert!(["swim.svg", "msd.svg", "orientation.svg"].iter().all(|f| file(f).trim_end().ends_with("</svg>")));
 }
@@ -89,10 +90,10 @@ fn lost_snapshots_do_not_bend_time() {
     }
 }
 
-/// Turning by theta about a random perpendicular axis each step makes <e(n).e(0)> = cos(theta)^n exactly.
+/// Turning by 0 or theta about a random perpendicular axis each step makes <e(n).e(0)> = ((1 + cos theta) / 2)^n exactly.
 #[test]
 fn rotational_diffusion_is_recovered_within_its_error() {
-    let (theta, squirmers, steps) = (0.2f64, 40, 2000);
+    let (theta, squirmers, steps) = (0.28f64, 40, 2000);
     let mut rng = ChaCha8Rng::seed_from_u64(3);
     let mut axes: Vec<DVec3> = (0..squirmers).map(|_| DVec3::Z).collect();
     let mut track = Trajectories::default();
@@ -102,16 +103,19 @@ fn rotational_diffusion_is_recovered_within_its_error() {
         for e in &mut axes {
             let about = e.any_orthonormal_vector();
             let about = DQuat::from_axis_angle(*e, rng.random::<f64>() * std::f64::consts::TAU) * about;
-            *e = (DQuat::from_axis_angle(about, theta) * *e).normalize();
+            let turn = if rng.random::<bool>() { theta } else { 0.0 };
+            *e = (DQuat::from_axis_angle(about, turn) * *e).normalize();
         }
     }
-    let exact = -theta.cos().ln() / 2.0;
+    let remembered = f64::midpoint(1.0, theta.cos());
+    let exact = -remembered.ln() / 2.0;
     let found = track.rotational_diffusion();
-    // 40 x 2000 steps with a memory of 50: some 1600 independent stretches, so an error of a few percent.
-    assert!(found.error > 0.005 * exact && found.error < 0.06 * exact, "{found:?}");
+    // The shortest lags know most: 40 x 2000 throws of a coin give a relative error of 1/sqrt(80000).
+    let error = exact / 80_000f64.sqrt();
+    assert!(found.error > 0.5 * error && found.error < 2.0 * error, "{found:?} {error}");
     assert!((found.mean - exact).abs() < 5.0 * found.error, "{found:?} {exact}");
     let lag = track.orientations()[9];
-    assert!((lag.value.mean - theta.cos().powf(lag.time)).abs() < 5.0 * lag.value.error, "{lag:?}");
+    assert!((lag.value.mean - remembered.powf(lag.time)).abs() < 5.0 * lag.value.error, "{lag:?}");
     assert!((track.speed().mean - 0.1).abs() < 1e-12);
 }
 
@@ -137,7 +141,7 @@ fn blocking_finds_the_error_of_correlated_series() {
         let ratio = (sum / f64::from(series_count)).sqrt() / exact;
         // A single error estimated from k blocks scatters by 1/sqrt(2k), some 10 percent, so 1 percent over 100 of them;
         // stopping once the correlation cannot be seen leaves a bias of a few percent.
-        assert!((0.9..1.06).contains(&ratio), "phi {phi}: {ratio}");
+        assert!((0.94..1.04).contains(&ratio), "phi {phi}: {ratio}");
     }
 }
 
@@ -235,10 +239,12 @@ fn live_and_recorded_agree() {
         });
         (swim.finish().unwrap(), ending.unwrap())
     });
-    assert_eq!(acknowledged.recv().unwrap(), 0);
+    let patience = Duration::from_millis(20);
+    let first = (0..500).find_map(|_| publisher.welcome().ok().and_then(|()| acknowledged.recv_timeout(patience).ok()));
+    assert_eq!(first, Some(0));
     for (seq, message) in messages.iter().enumerate().skip(1) {
         assert_eq!(publisher.publish(message).unwrap(), 1);
-        assert_eq!(acknowledged.recv().unwrap(), seq as u64);
+        assert_eq!(acknowledged.recv_timeout(Duration::from_secs(10)).unwrap(), seq as u64);
     }
     drop(publisher);
     let (live, ending) = reader.join().unwrap();
@@ -313,18 +319,20 @@ fn the_program_follows_a_run_of_another_process() {
     let out = tempfile::tempdir().unwrap();
     let length = straight(0).encode(&stamp(0)).len();
     let mut publisher = Publisher::open(&name, &[(Kind::Squirmers, length)]).unwrap();
-    let child = program()
+    let mut child = program()
         .args(["swim", "--live", &name, "--snapshots", "5", "--out"])
         .arg(out.path())
         .stdout(std::process::Stdio::piped())
         .spawn()
         .unwrap();
-    let begin = std::time::Instant::now();
-    let mut seq = 0;
-    while publisher.publish(&straight(seq).encode(&stamp(seq))).unwrap() == 0 || seq < 50 {
-        seq += 1;
-        std::thread::sleep(std::time::Duration::from_millis(10));
-        assert!(begin.elapsed().as_secs() < 20, "nobody subscribed");
+    let begin = Instant::now();
+    for seq in 0.. {
+        publisher.publish(&straight(seq).encode(&stamp(seq))).unwrap();
+        if child.try_wait().unwrap().is_some() {
+            break;
+        }
+        assert!(begin.elapsed().as_secs() < 20, "the program does not end");
+        std::thread::sleep(Duration::from_millis(5));
     }
     let output = child.wait_with_output().unwrap();
     assert_eq!(output.status.code(), Some(0));

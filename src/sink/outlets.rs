@@ -1,8 +1,12 @@
 //! Handing each snapshot to those that asked for it, on a thread of its own, so that the step loop never waits for a disk.
 
 use super::{FileInfo, Publisher, Recorder, SinkError, Tables};
-use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::thread::JoinHandle;
+use std::time::Duration;
+
+/// How long an idle thread lets newcomers wait for the newest snapshot.
+const WELCOME: Duration = Duration::from_millis(200);
 
 /// Who gets a snapshot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -159,11 +163,13 @@ impl Drop for Writer {
 fn work(mut outlets: Outlets, queue: &Receiver<Job>) -> Result<Summary, SinkError> {
     let mut snapshots = 0;
     let mut failure = None;
-    for job in queue {
-        let done = match job {
-            Job::Snapshot(bytes, targets) => outlets.deliver(&bytes, targets).map(|()| snapshots += 1),
-            Job::Encode(encode, targets) => outlets.deliver(&encode(), targets).map(|()| snapshots += 1),
-            Job::Sync(answer) => outlets.sync().map(|()| {
+    loop {
+        let done = match queue.recv_timeout(WELCOME) {
+            Err(RecvTimeoutError::Disconnected) => break,
+            Err(RecvTimeoutError::Timeout) => outlets.publisher.as_ref().map_or(Ok(()), Publisher::welcome),
+            Ok(Job::Snapshot(bytes, targets)) => outlets.deliver(&bytes, targets).map(|()| snapshots += 1),
+            Ok(Job::Encode(encode, targets)) => outlets.deliver(&encode(), targets).map(|()| snapshots += 1),
+            Ok(Job::Sync(answer)) => outlets.sync().map(|()| {
                 // A caller that no longer listens needs no answer.
                 let _ = answer.send(());
             }),

@@ -5,6 +5,7 @@ use crate::wire::domain::{self, Block};
 use crate::wire::{Header, Kind};
 use iceoryx2::port::notifier::Notifier;
 use iceoryx2::port::publisher::Publisher as Port;
+use iceoryx2::port::update_connections::UpdateConnections;
 use iceoryx2::prelude::{
     AllocationStrategy, EventId, LogLevel, Node, NodeBuilder, SignalHandlingMode, ipc_threadsafe, set_log_level,
 };
@@ -73,6 +74,18 @@ impl Publisher {
         let reached = sent.map_err(|e| failed("send a snapshot", format!("{e:?}")))?;
         topic.notifier.notify().map_err(|e| failed("wake subscribers", format!("{e:?}")))?;
         Ok(reached)
+    }
+
+    /// Gives subscribers that came since the last message the newest one now; otherwise they get it with the next.
+    ///
+    /// # Errors
+    /// If iceoryx2 fails.
+    pub fn welcome(&self) -> Result<(), SinkError> {
+        for topic in &self.topics {
+            let failed = |e| SinkError::Ipc { what: "welcome subscribers", name: topic.kind.topic().into(), reason: format!("{e:?}") };
+            topic.port.update_connections().map_err(failed)?;
+        }
+        Ok(())
     }
 
     /// Messages dropped so far.
