@@ -34,7 +34,15 @@ fn straight(seq: u64) -> Squirmers {
         angular_velocity: vec![[0.0; 3]; 2],
         force: vec![[0.0; 3]; 2],
         torque: vec![[0.0; 3]; 2],
-        table: vec![SpeciesRow { name: "puller".into(), along: 4.0, across: 2.0, b1: 0.4, beta: 1.0, rotlet: 0.0, u0: 0.25 }],
+        table: vec![SpeciesRow {
+            name: "puller".into(),
+            along: 4.0,
+            across: 2.0,
+            b1: 0.4,
+            beta: 1.0,
+            rotlet: 0.0,
+            u0: 0.25,
+        }],
     }
 }
 
@@ -134,7 +142,12 @@ fn blocking_finds_the_error_of_correlated_series() {
         let mut sum = 0.0;
         for _ in 0..series_count {
             let mut x = normal(&mut rng) / (1.0f64 - phi * phi).sqrt();
-            let series: Vec<f64> = (0..n).map(|_| { x = phi * x + normal(&mut rng); x }).collect();
+            let series: Vec<f64> = (0..n)
+                .map(|_| {
+                    x = phi * x + normal(&mut rng);
+                    x
+                })
+                .collect();
             sum += blocked(&series).error.powi(2);
         }
         let exact = ((1.0 + phi) / (1.0 - phi) / (1.0 - phi * phi) / f64::from(n)).sqrt();

@@ -9,7 +9,15 @@ use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
 fn stamp(seq: u64) -> Stamp {
-    Stamp { run_id: [0xab; 16], step: 20 * seq, time: 0.5 * seq as f64, seq, every: 20, box_size: [48.0, 12.0, 24.0], walls: true }
+    Stamp {
+        run_id: [0xab; 16],
+        step: 20 * seq,
+        time: 0.5 * seq as f64,
+        seq,
+        every: 20,
+        box_size: [48.0, 12.0, 24.0],
+        walls: true,
+    }
 }
 
 /// One prolate squirmer whose axis is y: a quarter turn about x takes z to -y, so minus a quarter takes it to y.
@@ -26,7 +34,15 @@ fn squirmers() -> Squirmers {
         angular_velocity: vec![[0.0; 3]],
         force: vec![[0.5, 0.0, 0.0]],
         torque: vec![[0.0; 3]],
-        table: vec![SpeciesRow { name: "puller".into(), along: 4.0, across: 2.0, b1: 0.1, beta: 1.0, rotlet: 0.0, u0: 0.07 }],
+        table: vec![SpeciesRow {
+            name: "puller".into(),
+            along: 4.0,
+            across: 2.0,
+            b1: 0.1,
+            beta: 1.0,
+            rotlet: 0.0,
+            u0: 0.07,
+        }],
     }
 }
 
@@ -102,7 +118,8 @@ fn viewers_see_spheroids_headings_and_the_box() {
     assert_eq!((size.x, size.y, size.z, bodies.arrows.len()), (4.0, 4.0, 8.0, 1));
     let corners = &edges.lines[0].points;
     assert_eq!(corners.len(), 24);
-    let length = |p: &[foxglove::messages::Point3]| (p[0].x - p[1].x).abs() + (p[0].y - p[1].y).abs() + (p[0].z - p[1].z).abs();
+    let length =
+        |p: &[foxglove::messages::Point3]| (p[0].x - p[1].x).abs() + (p[0].y - p[1].y).abs() + (p[0].z - p[1].z).abs();
     assert_eq!(corners.chunks(2).map(length).sum::<f64>(), 4.0 * (48.0 + 12.0 + 24.0));
 
     let points = PointCloud::decode(of(&read, "/squirmers/points")).unwrap();
@@ -224,7 +241,11 @@ fn a_slow_reader_loses_snapshots_and_counts_them_but_holds_nobody_up() {
     drop(publisher);
     let (seen, ending) = reader.join().unwrap();
     assert!(ending.lost > 0 && ending.warnings.len() == 1, "{ending:?}");
-    assert_eq!(seen[0] + seen.len() as u64 + ending.lost, seq, "every snapshot since the first was seen or counted as lost");
+    assert_eq!(
+        seen[0] + seen.len() as u64 + ending.lost,
+        seq,
+        "every snapshot since the first was seen or counted as lost"
+    );
     assert!(seen.windows(2).all(|w| w[0] < w[1]));
 }
 
@@ -244,7 +265,9 @@ fn names_lengths_and_topics_are_checked() {
 
 #[test]
 fn shared_memory_that_is_too_small_is_refused_before_it_is_touched() {
-    let Err(SinkError::SharedMemory { need, free, .. }) = Publisher::open(&unique("huge"), &[(Kind::Particles, 1 << 50)]) else {
+    let Err(SinkError::SharedMemory { need, free, .. }) =
+        Publisher::open(&unique("huge"), &[(Kind::Particles, 1 << 50)])
+    else {
         panic!("a petabyte was granted");
     };
     assert!(need > free);

@@ -1,10 +1,20 @@
 //! Snapshot messages: round trips, tolerance of any alignment, and refusal of whatever was damaged.
 
 use proptest::prelude::*;
-use squirm::wire::{Encoder, Fields, Header, Kind, Particles, Scalar, Scalars, Snapshot, SpeciesRow, Squirmers, Stamp, WireError};
+use squirm::wire::{
+    Encoder, Fields, Header, Kind, Particles, Scalar, Scalars, Snapshot, SpeciesRow, Squirmers, Stamp, WireError,
+};
 
 fn stamp() -> Stamp {
-    Stamp { run_id: *b"0123456789abcdef", step: 40, time: 2.0, seq: 2, every: 20, box_size: [48.0, 12.0, 24.0], walls: true }
+    Stamp {
+        run_id: *b"0123456789abcdef",
+        step: 40,
+        time: 2.0,
+        seq: 2,
+        every: 20,
+        box_size: [48.0, 12.0, 24.0],
+        walls: true,
+    }
 }
 
 fn squirmers(n: u32) -> Squirmers {
@@ -21,7 +31,15 @@ fn squirmers(n: u32) -> Squirmers {
         force: v(5),
         torque: v(6),
         table: ["puller", "pusher"]
-            .map(|name| SpeciesRow { name: name.into(), along: 4.0, across: 2.0, b1: 0.1, beta: 1.0, rotlet: 0.0, u0: 0.07 })
+            .map(|name| SpeciesRow {
+                name: name.into(),
+                along: 4.0,
+                across: 2.0,
+                b1: 0.1,
+                beta: 1.0,
+                rotlet: 0.0,
+                u0: 0.07,
+            })
             .to_vec(),
     }
 }

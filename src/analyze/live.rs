@@ -6,7 +6,8 @@ use crate::wire::{Header, Kind, Snapshot};
 use iceoryx2::port::listener::Listener;
 use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::prelude::{
-    CallbackProgression, Config, LogLevel, Node, NodeBuilder, PortFactory, Service as _, SignalHandlingMode, ipc, set_log_level,
+    CallbackProgression, Config, LogLevel, Node, NodeBuilder, PortFactory, Service as _, SignalHandlingMode, ipc,
+    set_log_level,
 };
 use iceoryx2::service::builder::publish_subscribe::PublishSubscribeOpenError;
 use iceoryx2::service::port_factory::publish_subscribe::PortFactory as Factory;
@@ -64,7 +65,8 @@ impl Source for Live {
             .signal_handling_mode(SignalHandlingMode::Disabled)
             .create::<Service>()
             .map_err(|e| failed("join the shared-memory domain", &e))?;
-        let mut topics = topics.iter().map(|k| Topic::open(&node, &config, &self.run, *k)).collect::<Result<Vec<_>, _>>()?;
+        let mut topics =
+            topics.iter().map(|k| Topic::open(&node, &config, &self.run, *k)).collect::<Result<Vec<_>, _>>()?;
         let (begin, mut looked, mut ending) = (Instant::now(), Instant::now(), Ending::default());
         loop {
             // Asked before the last samples are taken, so that none sent before the end is missed.
@@ -88,7 +90,9 @@ impl Source for Live {
         }
         if ending.lost > 0 {
             let lost = ending.lost;
-            ending.warnings.push(format!("{lost} snapshots passed unseen: the run publishes faster than this analyzer reads"));
+            ending
+                .warnings
+                .push(format!("{lost} snapshots passed unseen: the run publishes faster than this analyzer reads"));
         }
         Ok(ending)
     }
@@ -116,7 +120,8 @@ impl Topic {
         if service.dynamic_config().number_of_publishers() == 0 {
             return Err(absent());
         }
-        let events = node.service_builder(&name).event().open().map_err(|e| failed("open the run's event service", &e))?;
+        let events =
+            node.service_builder(&name).event().open().map_err(|e| failed("open the run's event service", &e))?;
         let listener = events.listener_builder().create().map_err(|e| failed("open a listener", &e))?;
         let subscriber = service.subscriber_builder().history_request(1).create();
         let subscriber = subscriber.map_err(|e| failed("subscribe (do too many analyzers read this run?)", &e))?;

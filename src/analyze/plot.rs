@@ -54,7 +54,8 @@ impl Chart {
         let mut svg = String::new();
         {
             let area = SVGBackend::with_string(&mut svg, (900, 560)).into_drawing_area();
-            self.draw(&area).map_err(|reason| AnalyzeError::TooLittle(format!("cannot draw `{}`: {reason}", self.title)))?;
+            self.draw(&area)
+                .map_err(|reason| AnalyzeError::TooLittle(format!("cannot draw `{}`: {reason}", self.title)))?;
         }
         Ok(svg)
     }
@@ -83,7 +84,12 @@ impl Chart {
         let guides = || self.curves.iter().flat_map(|c| &c.guide);
         let x = self.range(points().map(|p| p.0).chain(guides().map(|g| g.0)));
         let bars = points().flat_map(|(_, y, e)| [*y, y - e, y + e]);
-        let y = self.range(bars.chain(guides().map(|g| g.1)));
+        let mut y = self.range(bars.chain(guides().map(|g| g.1)));
+        if self.scale == Scale::Linear {
+            // Room for the legend: 18 of some 450 pixels a line. Logarithmic charts rise from the corner opposite to it.
+            let lines = self.curves.iter().map(|c| 1.0 + f64::from(u8::from(c.guide.len() > 1))).sum::<f64>();
+            y.end += (y.end - y.start) * (0.02 + 0.045 * lines).min(0.6);
+        }
         let mut builder = ChartBuilder::on(area);
         builder.margin(16).x_label_area_size(48).y_label_area_size(84);
         builder.caption(&self.title, ("sans-serif", 22).into_font());
@@ -99,7 +105,10 @@ impl Chart {
         }
     }
 
-    fn fill<'a, 'b: 'a, X, Y>(&self, chart: &mut ChartContext<'a, SVGBackend<'b>, Cartesian2d<X, Y>>) -> Result<(), String>
+    fn fill<'a, 'b: 'a, X, Y>(
+        &self,
+        chart: &mut ChartContext<'a, SVGBackend<'b>, Cartesian2d<X, Y>>,
+    ) -> Result<(), String>
     where
         X: Ranged<ValueType = f64> + ValueFormatter<f64>,
         Y: Ranged<ValueType = f64> + ValueFormatter<f64>,
@@ -133,7 +142,7 @@ impl Chart {
     }
 }
 
-/// The interval with a tenth of its length added on both sides; above more, for the legend.
+/// The interval with a tenth of its length added on both sides.
 fn margin(low: f64, high: f64) -> std::ops::Range<f64> {
     let length = if high > low { high - low } else { low.abs().max(1e-3) };
     low - 0.1 * length..high + 0.1 * length

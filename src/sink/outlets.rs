@@ -116,7 +116,7 @@ impl Writer {
         match self.jobs.as_ref().map(|jobs| jobs.send(job)) {
             Some(Ok(())) => Ok(()),
             // The thread has gone, and says why.
-            _ => Err(self.join().err().unwrap_or(SinkError::Panicked)),
+            _ => Err(self.join().err().unwrap_or(SinkError::Ended)),
         }
     }
 
@@ -129,7 +129,7 @@ impl Writer {
         self.send(Job::Sync(answer))?;
         match done.recv() {
             Ok(()) => Ok(()),
-            Err(_) => Err(self.join().err().unwrap_or(SinkError::Panicked)),
+            Err(_) => Err(self.join().err().unwrap_or(SinkError::Ended)),
         }
     }
 
@@ -145,7 +145,7 @@ impl Writer {
         self.jobs = None;
         match self.thread.take().map(JoinHandle::join) {
             Some(Ok(result)) => result,
-            _ => Err(SinkError::Panicked),
+            _ => Err(SinkError::Ended),
         }
     }
 }

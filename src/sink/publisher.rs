@@ -43,7 +43,9 @@ impl Publisher {
             .config(&config)
             .signal_handling_mode(SignalHandlingMode::Disabled)
             .create::<Service>()
-            .map_err(|e| failed("join the shared-memory domain", format!("{e:?}; who owns {}?", config.global.root_path())))?;
+            .map_err(|e| {
+                failed("join the shared-memory domain", format!("{e:?}; who owns {}?", config.global.root_path()))
+            })?;
         // What killed runs left behind would otherwise count against the limits below.
         node.try_cleanup_dead_nodes();
         let topics = topics.iter().map(|(kind, max)| Topic::open(&node, run, *kind, *max)).collect::<Result<_, _>>()?;
@@ -82,7 +84,11 @@ impl Publisher {
     /// If iceoryx2 fails.
     pub fn welcome(&self) -> Result<(), SinkError> {
         for topic in &self.topics {
-            let failed = |e| SinkError::Ipc { what: "welcome subscribers", name: topic.kind.topic().into(), reason: format!("{e:?}") };
+            let failed = |e| SinkError::Ipc {
+                what: "welcome subscribers",
+                name: topic.kind.topic().into(),
+                reason: format!("{e:?}"),
+            };
             topic.port.update_connections().map_err(failed)?;
         }
         Ok(())
@@ -137,7 +143,9 @@ impl Topic {
             .override_sample_preallocation(|worst| worst.min(domain::SAMPLES))
             .create()
             .map_err(|e| match e {
-                iceoryx2::port::publisher::PublisherCreateError::ExceedsMaxSupportedPublishers => SinkError::Taken(run.into()),
+                iceoryx2::port::publisher::PublisherCreateError::ExceedsMaxSupportedPublishers => {
+                    SinkError::Taken(run.into())
+                }
                 e => failed("open a publisher", format!("{e:?}")),
             })?;
         Ok(Self { kind, max, port, notifier })
@@ -148,7 +156,8 @@ impl Topic {
 fn check_space(topics: &[(Kind, usize)]) -> Result<(), SinkError> {
     let path = Path::new("/dev/shm");
     let Some(free) = free(path) else { return Ok(()) };
-    let need = topics.iter().map(|(_, max)| (*max as u64).saturating_mul(domain::SAMPLES as u64)).fold(0, u64::saturating_add);
+    let need =
+        topics.iter().map(|(_, max)| (*max as u64).saturating_mul(domain::SAMPLES as u64)).fold(0, u64::saturating_add);
     if need <= free {
         return Ok(());
     }

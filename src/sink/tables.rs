@@ -79,7 +79,8 @@ fn squirmer_columns() -> Vec<String> {
         ("force_", "kT/a"),
         ("torque_", "kT"),
     ];
-    let components = vectors.iter().flat_map(|(name, unit)| ["x", "y", "z"].map(|c| titled(&format!("{name}{c}"), unit)));
+    let components =
+        vectors.iter().flat_map(|(name, unit)| ["x", "y", "z"].map(|c| titled(&format!("{name}{c}"), unit)));
     let first = ["step", "time [tau]", "id", "species"].map(String::from);
     first.into_iter().chain(components).collect()
 }
@@ -98,20 +99,27 @@ pub(crate) fn squirmer_row(squirmers: &Squirmers, i: usize) -> Vec<String> {
 }
 
 /// The table in `slot`, begun if this is its first row. The columns of a table never change.
-fn table<'a>(slot: &'a mut Option<Table>, dir: &Path, name: &str, columns: Vec<String>) -> Result<&'a mut Table, SinkError> {
+fn table<'a>(
+    slot: &'a mut Option<Table>,
+    dir: &Path,
+    name: &str,
+    columns: Vec<String>,
+) -> Result<&'a mut Table, SinkError> {
     let table = match slot.take() {
         Some(table) => table,
         None => {
             let path = dir.join(name);
             let file = File::create_new(&path).map_err(|e| SinkError::io(&path, e))?;
-            let mut table = Table { path, writer: csv::Writer::from_writer(BufWriter::new(file)), columns: columns.clone() };
+            let mut table =
+                Table { path, writer: csv::Writer::from_writer(BufWriter::new(file)), columns: columns.clone() };
             table.row(columns.iter())?;
             table
         }
     };
     let table = slot.insert(table);
     if table.columns != columns {
-        let source = std::io::Error::other("the scalars changed during the run; a table has the same columns in every row");
+        let source =
+            std::io::Error::other("the scalars changed during the run; a table has the same columns in every row");
         return Err(SinkError::Io { path: table.path.clone(), source });
     }
     Ok(table)
@@ -126,6 +134,9 @@ impl Table {
     }
 
     fn flush(&mut self) -> Result<(), SinkError> {
-        self.writer.flush().and_then(|()| self.writer.get_ref().get_ref().flush()).map_err(|e| SinkError::io(&self.path, e))
+        self.writer
+            .flush()
+            .and_then(|()| self.writer.get_ref().get_ref().flush())
+            .map_err(|e| SinkError::io(&self.path, e))
     }
 }

@@ -44,7 +44,8 @@ impl<W: Write + Seek> Track<W> {
     /// Attaches a named text.
     pub fn attach(&mut self, name: &str, media_type: &str, text: &str) -> Result<(), SinkError> {
         let data = text.as_bytes().into();
-        let attachment = Attachment { log_time: 0, create_time: 0, name: name.into(), media_type: media_type.into(), data };
+        let attachment =
+            Attachment { log_time: 0, create_time: 0, name: name.into(), media_type: media_type.into(), data };
         self.checked(|w| w.attach(&attachment))
     }
 
@@ -56,7 +57,8 @@ impl<W: Write + Seek> Track<W> {
 
     /// Appends one of our own messages.
     pub fn snapshot(&mut self, topic: &'static str, bytes: &[u8], when: When) -> Result<(), SinkError> {
-        let channel = self.channel(topic, "squirm", || ("squirm.Snapshot".into(), "squirm".into(), FORMAT.as_bytes().into()))?;
+        let channel =
+            self.channel(topic, "squirm", || ("squirm.Snapshot".into(), "squirm".into(), FORMAT.as_bytes().into()))?;
         self.message(channel, bytes, when)
     }
 
@@ -66,7 +68,9 @@ impl<W: Write + Seek> Track<W> {
             M::get_schema().map_or_else(Default::default, |s| (s.name, s.encoding, s.data))
         })?;
         let mut bytes = Vec::with_capacity(message.encoded_len().unwrap_or(0));
-        message.encode(&mut bytes).map_err(|e| SinkError::Io { path: self.path.clone(), source: std::io::Error::other(e.to_string()) })?;
+        message
+            .encode(&mut bytes)
+            .map_err(|e| SinkError::Io { path: self.path.clone(), source: std::io::Error::other(e.to_string()) })?;
         self.message(channel, &bytes, when)
     }
 
@@ -127,5 +131,65 @@ impl<W: Write + Seek> Track<W> {
             self.failed = true;
             SinkError::mcap(&self.path, e)
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::wire::Scalars;
+    use std::io::{Cursor, Error, ErrorKind, Result as IoResult, SeekFrom};
+
+    /// A disk with room for so many bytes.
+    struct Disk {
+        file: Cursor<Vec<u8>>,
+        room: usize,
+    }
+
+    impl Write for Disk {
+        fn write(&mut self, bytes: &[u8]) -> IoResult<usize> {
+            let taken = bytes.len().min(self.room.saturating_sub(self.file.get_ref().len()));
+            if taken == 0 && !bytes.is_empty() {
+                return Err(Error::from(ErrorKind::StorageFull));
+            }
+            self.file.write(&bytes[..taken])
+        }
+        fn flush(&mut self) -> IoResult<()> {
+            Ok(())
+        }
+    }
+
+    impl Seek for Disk {
+        fn seek(&mut self, to: SeekFrom) -> IoResult<u64> {
+            self.file.seek(to)
+        }
+    }
+
+    #[test]
+    fn a_full_disk_is_named_and_what_was_written_before_reads() {
+        let path = Path::new("run.mcap");
+        let message = Scalars::default().encode(&crate::wire::Stamp::default());
+        for room in [4, 100, 6000, 8000, 10_000] {
+            let disk = Disk { file: Cursor::new(Vec::new()), room };
+            let Ok(mut track) = Track::new(path, disk, 0) else {
+                assert_eq!(room, 4);
+                continue;
+            };
+            let mut written = 0;
+            let failure = loop {
+                let when = When { nanoseconds: 0, sequence: written };
+                match track.snapshot("/squirm/scalars", &message, when).and_then(|()| track.flush()) {
+                    Ok(()) => written += 1,
+                    Err(e) => break e,
+                }
+            };
+            assert!(matches!(failure, SinkError::DiskFull(p) if p == path), "room {room}");
+            assert!(track.snapshot("/squirm/scalars", &message, When { nanoseconds: 0, sequence: 0 }).is_err());
+            assert!(track.finish().is_err());
+            let bytes = track.into_inner().file.into_inner();
+            let whole = mcap::MessageStream::new(&bytes).unwrap().take_while(Result::is_ok).count();
+            assert_eq!(whole, written as usize, "room {room}");
+            assert_eq!(written > 0, room >= 6000, "room {room}: {written}");
+        }
     }
 }

@@ -99,7 +99,9 @@ pub enum WireError {
     #[error("not a squirm snapshot: the first eight bytes are {0:02x?}")]
     Magic([u8; 8]),
     /// A layout that this program does not know.
-    #[error("snapshot layout version {0}; this program reads version {VERSION}: use the squirm that wrote it, or a newer one")]
+    #[error(
+        "snapshot layout version {0}; this program reads version {VERSION}: use the squirm that wrote it, or a newer one"
+    )]
     Version(u32),
     /// Header or column table do not match their checksum.
     #[error("damaged snapshot header: checksum {stored:08x} stored, {computed:08x} computed")]

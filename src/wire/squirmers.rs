@@ -85,7 +85,8 @@ impl Squirmers {
         snapshot.expect(Kind::Squirmers)?;
         let names = snapshot.texts::<32>("species.name")?;
         let axes = snapshot.rows::<f64, 2>("species.semi_axes")?;
-        let [b1, beta, rotlet, u0] = ["b1", "beta", "rotlet", "u0"].map(|c| snapshot.values::<f64>(&format!("species.{c}")));
+        let [b1, beta, rotlet, u0] =
+            ["b1", "beta", "rotlet", "u0"].map(|c| snapshot.values::<f64>(&format!("species.{c}")));
         let (b1, beta, rotlet, u0) = (b1?, beta?, rotlet?, u0?);
         let one_length = [axes.len(), b1.len(), beta.len(), rotlet.len(), u0.len()].iter().all(|n| *n == names.len());
         if !one_length {

@@ -37,7 +37,9 @@ impl Analyzer for Swim {
             self.table.clone_from(&squirmers.table);
         }
         if squirmers.table.len() != self.table.len() {
-            return Err(AnalyzeError::TooLittle("the species changed: these are snapshots of more than one run".into()));
+            return Err(AnalyzeError::TooLittle(
+                "the species changed: these are snapshots of more than one run".into(),
+            ));
         }
         // The same moment twice, as where a resumed run overlaps, counts once.
         if self.last.is_some_and(|last| step <= last) {
@@ -176,7 +178,8 @@ fn points(lags: &[Lag]) -> Vec<(f64, f64, f64)> {
 fn speed_chart(results: &[Found]) -> Chart {
     let curve = |f: &Found| {
         let points: Vec<_> = f.course.iter().map(|(t, v)| (*t, v.mean, v.error)).collect();
-        let guide = if f.species.u0.is_finite() { points.iter().map(|p| (p.0, f.species.u0)).collect() } else { Vec::new() };
+        let guide =
+            if f.species.u0.is_finite() { points.iter().map(|p| (p.0, f.species.u0)).collect() } else { Vec::new() };
         let name = format!("{}: {:.4} +- {:.4}", f.species.name, f.instantaneous.mean, f.instantaneous.error);
         Curve { name, points, guide, guide_name: "U0, theory".into() }
     };
@@ -193,7 +196,8 @@ fn displacement_chart(results: &[Found]) -> Chart {
     let curve = |f: &Found| {
         let u0 = f.species.u0;
         let ballistic = |l: &Lag| (l.time, (u0 * l.time).powi(2));
-        let guide = if u0.is_finite() && u0 != 0.0 { f.displacements.iter().map(ballistic).collect() } else { Vec::new() };
+        let guide =
+            if u0.is_finite() && u0 != 0.0 { f.displacements.iter().map(ballistic).collect() } else { Vec::new() };
         Curve { name: f.species.name.clone(), points: points(&f.displacements), guide, guide_name: "(U0 t)^2".into() }
     };
     Chart {

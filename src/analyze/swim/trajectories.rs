@@ -20,10 +20,13 @@ pub struct Sample {
     pub axis: DVec3,
 }
 
+/// Unwrapped centre and swimming axis.
+type Body = (DVec3, Vec3);
+
 #[derive(Debug, Clone)]
 struct Frame {
     index: u64,
-    bodies: Vec<(DVec3, Vec3)>,
+    bodies: Vec<Body>,
 }
 
 /// A value at one distance in time.
@@ -137,7 +140,8 @@ impl Trajectories {
         let fit = |keep: &dyn Fn(usize) -> bool| {
             let (mut above, mut below) = (0.0, 0.0);
             for (time, weight, values) in &series {
-                let correlation = average(values.iter().filter(|(origin, _)| keep(*origin)).map(|(_, bodies)| mean(bodies)));
+                let correlation =
+                    average(values.iter().filter(|(origin, _)| keep(*origin)).map(|(_, bodies)| mean(bodies)));
                 if correlation > 0.0 {
                     above -= weight * time * correlation.ln();
                     below += weight * 2.0 * time * time;
@@ -161,7 +165,7 @@ impl Trajectories {
         &self,
         lookup: &HashMap<u64, usize>,
         steps: u64,
-        f: &dyn Fn(&(DVec3, Vec3), &(DVec3, Vec3)) -> f64,
+        f: &dyn Fn(&Body, &Body) -> f64,
     ) -> Vec<(usize, Vec<f64>)> {
         let pair = |(origin, a): (usize, &Frame)| {
             let b = &self.frames[*lookup.get(&(a.index + steps))?];
@@ -173,7 +177,7 @@ impl Trajectories {
     /// `f` at about ten distances per factor of ten up to a quarter of the whole time. The error is the larger of that
     /// from blocking in time and that between squirmers: the first fails where few independent stretches remain, the
     /// second where there are few squirmers.
-    fn correlate(&self, f: impl Fn(&(DVec3, Vec3), &(DVec3, Vec3)) -> f64) -> Vec<Lag> {
+    fn correlate(&self, f: impl Fn(&Body, &Body) -> f64) -> Vec<Lag> {
         let span = self.frames.last().map_or(0, |last| last.index - self.frames[0].index);
         let lookup = self.lookup();
         let mut lags = Vec::new();
@@ -193,7 +197,7 @@ impl Trajectories {
     }
 }
 
-fn turned(a: &(DVec3, Vec3), b: &(DVec3, Vec3)) -> f64 {
+fn turned(a: &Body, b: &Body) -> f64 {
     f64::from(a.1.dot(b.1))
 }
 
