@@ -4,7 +4,7 @@ use foxglove::Decode;
 use foxglove::messages::{FrameTransform, PointCloud, PosesInFrame, SceneUpdate};
 use squirm::analyze::{AnalyzeError, Limits, Live, Recording, Source};
 use squirm::sink::{Job, Outlets, Provenance, Publisher, Recorder, SinkError, Tables, Targets, Writer};
-use squirm::wire::{Fields, Kind, Particles, Scalars, SpeciesRow, Squirmers, Stamp};
+use squirm::wire::{Fields, Header, Kind, Particles, Scalars, SpeciesRow, Squirmers, Stamp, domain};
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
@@ -247,6 +247,37 @@ fn a_slow_reader_loses_snapshots_and_counts_them_but_holds_nobody_up() {
         "every snapshot since the first was seen or counted as lost"
     );
     assert!(seen.windows(2).all(|w| w[0] < w[1]));
+}
+
+/// The memory set aside is enough for the worst that the allowed number of subscribers can do.
+#[test]
+fn subscribers_that_hold_all_they_may_cost_no_snapshot() {
+    use iceoryx2::prelude::{NodeBuilder, SignalHandlingMode, ipc};
+    let run = unique("held");
+    let mut publisher = open(&run);
+    let mut seq = 0..;
+    let mut publish = |n| {
+        (0..n)
+            .map(|_| publisher.publish(&scalars(0.0).encode(&stamp(seq.next().unwrap()))).unwrap())
+            .collect::<Vec<_>>()
+    };
+    let builder =
+        NodeBuilder::new().config(&domain::config().unwrap()).signal_handling_mode(SignalHandlingMode::Disabled);
+    let node = builder.create::<ipc::Service>().unwrap();
+    let service = node.service_builder(&domain::service(&run, "scalars").unwrap());
+    let service = service.publish_subscribe::<[domain::Block]>().user_header::<Header>().open().unwrap();
+    let subscribers = [(); domain::MAX_SUBSCRIBERS].map(|()| service.subscriber_builder().create().unwrap());
+    assert!(service.subscriber_builder().create().is_err());
+    let mut held = Vec::new();
+    for subscriber in &subscribers {
+        publish(domain::BUFFER);
+        held.extend([(); domain::MAX_BORROWED].map(|()| subscriber.receive().unwrap().unwrap()));
+    }
+    let mut seqs: Vec<u64> = held.iter().map(|sample| sample.user_header().seq).collect();
+    seqs.dedup();
+    assert_eq!(seqs.len(), domain::MAX_SUBSCRIBERS * domain::MAX_BORROWED, "every subscriber holds others");
+    assert_eq!(publish(10), [domain::MAX_SUBSCRIBERS; 10]);
+    assert_eq!(publisher.dropped(), 0);
 }
 
 #[test]

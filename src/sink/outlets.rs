@@ -37,7 +37,7 @@ pub struct Summary {
     pub files: Vec<FileInfo>,
     /// Snapshots handed over.
     pub snapshots: u64,
-    /// Snapshots that could not be published since readers held all memory.
+    /// Snapshots that could not be published.
     pub dropped: u64,
 }
 
@@ -166,7 +166,10 @@ fn work(mut outlets: Outlets, queue: &Receiver<Job>) -> Result<Summary, SinkErro
     loop {
         let done = match queue.recv_timeout(WELCOME) {
             Err(RecvTimeoutError::Disconnected) => break,
-            Err(RecvTimeoutError::Timeout) => outlets.publisher.as_ref().map_or(Ok(()), Publisher::welcome),
+            Err(RecvTimeoutError::Timeout) => {
+                outlets.publisher.iter().for_each(Publisher::welcome);
+                Ok(())
+            }
             Ok(Job::Snapshot(bytes, targets)) => outlets.deliver(&bytes, targets).map(|()| snapshots += 1),
             Ok(Job::Encode(encode, targets)) => outlets.deliver(&encode(), targets).map(|()| snapshots += 1),
             Ok(Job::Sync(answer)) => outlets.sync().map(|()| {
