@@ -97,6 +97,20 @@ fn fields_keep_their_grid_and_particles_their_population() {
 }
 
 #[test]
+fn lengths_are_known_beforehand() {
+    for n in [0u32, 1, 2, 3, 7] {
+        let (count, v) = (n as usize, vec![[0.0f32; 3]; n as usize]);
+        assert_eq!(squirmers(n).encode(&stamp()).len(), Squirmers::message_bytes(count, 2));
+        let scalars = Scalars { list: vec![Scalar::default(); count] };
+        assert_eq!(scalars.encode(&stamp()).len(), Scalars::message_bytes(count));
+        let fields = Fields { block: 1, blocks: [n, 1, 1], density: vec![0.0; count], velocity: v.clone() };
+        assert_eq!(fields.encode(&stamp()).len(), Fields::message_bytes(count));
+        let particles = Particles { position: v.clone(), velocity: v, ..Particles::default() };
+        assert_eq!(particles.encode(&stamp()).len(), Particles::message_bytes(count));
+    }
+}
+
+#[test]
 fn errors_name_what_was_wrong() {
     let bytes = squirmers(2).encode(&stamp());
     let snapshot = Snapshot::parse(&bytes).unwrap();

@@ -89,9 +89,9 @@ pub enum SinkError {
     /// A message for a topic that was not opened.
     #[error("topic {0} was not opened for publishing")]
     NotOpen(&'static str),
-    /// The thread that writes is gone without saying why.
-    #[error("the writer thread panicked")]
-    Panicked,
+    /// The thread that writes has ended, and has said why before, or panicked.
+    #[error("the writer thread has ended")]
+    Ended,
 }
 
 impl SinkError {

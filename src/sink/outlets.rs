@@ -1,8 +1,12 @@
 //! Handing each snapshot to those that asked for it, on a thread of its own, so that the step loop never waits for a disk.
 
 use super::{FileInfo, Publisher, Recorder, SinkError, Tables};
-use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::thread::JoinHandle;
+use std::time::Duration;
+
+/// How long an idle thread lets newcomers wait for the newest snapshot.
+const WELCOME: Duration = Duration::from_millis(200);
 
 /// Who gets a snapshot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -33,7 +37,7 @@ pub struct Summary {
     pub files: Vec<FileInfo>,
     /// Snapshots handed over.
     pub snapshots: u64,
-    /// Snapshots that could not be published since readers held all memory.
+    /// Snapshots that could not be published.
     pub dropped: u64,
 }
 
@@ -112,7 +116,7 @@ impl Writer {
         match self.jobs.as_ref().map(|jobs| jobs.send(job)) {
             Some(Ok(())) => Ok(()),
             // The thread has gone, and says why.
-            _ => Err(self.join().err().unwrap_or(SinkError::Panicked)),
+            _ => Err(self.join().err().unwrap_or(SinkError::Ended)),
         }
     }
 
@@ -125,7 +129,7 @@ impl Writer {
         self.send(Job::Sync(answer))?;
         match done.recv() {
             Ok(()) => Ok(()),
-            Err(_) => Err(self.join().err().unwrap_or(SinkError::Panicked)),
+            Err(_) => Err(self.join().err().unwrap_or(SinkError::Ended)),
         }
     }
 
@@ -141,7 +145,7 @@ impl Writer {
         self.jobs = None;
         match self.thread.take().map(JoinHandle::join) {
             Some(Ok(result)) => result,
-            _ => Err(SinkError::Panicked),
+            _ => Err(SinkError::Ended),
         }
     }
 }
@@ -159,11 +163,16 @@ impl Drop for Writer {
 fn work(mut outlets: Outlets, queue: &Receiver<Job>) -> Result<Summary, SinkError> {
     let mut snapshots = 0;
     let mut failure = None;
-    for job in queue {
-        let done = match job {
-            Job::Snapshot(bytes, targets) => outlets.deliver(&bytes, targets).map(|()| snapshots += 1),
-            Job::Encode(encode, targets) => outlets.deliver(&encode(), targets).map(|()| snapshots += 1),
-            Job::Sync(answer) => outlets.sync().map(|()| {
+    loop {
+        let done = match queue.recv_timeout(WELCOME) {
+            Err(RecvTimeoutError::Disconnected) => break,
+            Err(RecvTimeoutError::Timeout) => {
+                outlets.publisher.iter().for_each(Publisher::welcome);
+                Ok(())
+            }
+            Ok(Job::Snapshot(bytes, targets)) => outlets.deliver(&bytes, targets).map(|()| snapshots += 1),
+            Ok(Job::Encode(encode, targets)) => outlets.deliver(&encode(), targets).map(|()| snapshots += 1),
+            Ok(Job::Sync(answer)) => outlets.sync().map(|()| {
                 // A caller that no longer listens needs no answer.
                 let _ = answer.send(());
             }),

@@ -5,6 +5,7 @@ use crate::wire::domain::{self, Block};
 use crate::wire::{Header, Kind};
 use iceoryx2::port::notifier::Notifier;
 use iceoryx2::port::publisher::Publisher as Port;
+use iceoryx2::port::update_connections::UpdateConnections;
 use iceoryx2::prelude::{
     AllocationStrategy, EventId, LogLevel, Node, NodeBuilder, SignalHandlingMode, ipc_threadsafe, set_log_level,
 };
@@ -51,11 +52,11 @@ impl Publisher {
         Ok(Self { topics, dropped: 0, _node: node })
     }
 
-    /// Publishes one message; returns how many subscribers it reached. A message for which no memory is left, since
-    /// subscribers hold it all, is dropped and counted.
+    /// Publishes one message; returns how many subscribers it reached. A message that
+    /// cannot be delivered is dropped and counted.
     ///
     /// # Errors
-    /// If the topic was not opened, the message is longer than announced, or iceoryx2 fails.
+    /// If the bytes are no snapshot, the topic was not opened, or the message is longer than announced.
     pub fn publish(&mut self, bytes: &[u8]) -> Result<usize, SinkError> {
         let header = crate::wire::Snapshot::parse(bytes)?.header;
         let kind = header.kind()?;
@@ -70,11 +71,25 @@ impl Publisher {
             return Ok(0);
         };
         *sample.user_header_mut() = header;
-        let failed = |what, reason: String| SinkError::Ipc { what, name: kind.topic().into(), reason };
-        let sent = sample.write_from_fn(|i| Block(blocks[i])).send();
-        let reached = sent.map_err(|e| failed("send a snapshot", format!("{e:?}")))?;
-        topic.notifier.notify().map_err(|e| failed("wake subscribers", format!("{e:?}")))?;
+        // A run must not end because of those who watch it.
+        let reached = sample.write_from_fn(|i| Block(blocks[i])).send().unwrap_or_else(|e| {
+            tracing::warn!(topic = kind.topic(), reason = ?e, "a snapshot was not published");
+            self.dropped += 1;
+            0
+        });
+        if let Err(e) = topic.notifier.notify() {
+            tracing::warn!(topic = kind.topic(), reason = ?e, "subscribers were not woken; they look by themselves later");
+        }
         Ok(reached)
+    }
+
+    /// Gives subscribers that came since the last message the newest one now; otherwise they get it with the next.
+    pub fn welcome(&self) {
+        for topic in &self.topics {
+            if let Err(e) = topic.port.update_connections() {
+                tracing::warn!(topic = topic.kind.topic(), reason = ?e, "new subscribers wait for the next snapshot");
+            }
+        }
     }
 
     /// Messages dropped so far.

@@ -133,3 +133,66 @@ impl<W: Write + Seek> Track<W> {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::wire::Scalars;
+    use std::io::{Cursor, Error, ErrorKind, Result as IoResult, SeekFrom};
+
+    /// A disk with room for so many bytes.
+    struct Disk {
+        file: Cursor<Vec<u8>>,
+        room: usize,
+    }
+
+    impl Write for Disk {
+        fn write(&mut self, bytes: &[u8]) -> IoResult<usize> {
+            let taken = bytes.len().min(self.room.saturating_sub(self.file.get_ref().len()));
+            if taken == 0 && !bytes.is_empty() {
+                return Err(Error::from(ErrorKind::StorageFull));
+            }
+            self.file.write(&bytes[..taken])
+        }
+        fn flush(&mut self) -> IoResult<()> {
+            Ok(())
+        }
+    }
+
+    impl Seek for Disk {
+        fn seek(&mut self, to: SeekFrom) -> IoResult<u64> {
+            self.file.seek(to)
+        }
+    }
+
+    #[test]
+    fn a_full_disk_is_named_and_what_was_written_before_reads() {
+        let path = Path::new("run.mcap");
+        let message = Scalars::default().encode(&crate::wire::Stamp::default());
+        let mut most = 0;
+        for room in (4..40_000).step_by(997) {
+            let disk = Disk { file: Cursor::new(Vec::new()), room };
+            let Ok(mut track) = Track::new(path, disk, 0) else {
+                assert_eq!(room, 4);
+                continue;
+            };
+            let mut written = 0usize;
+            let failure = loop {
+                let when = When { nanoseconds: 0, sequence: 0 };
+                match track.snapshot("/squirm/scalars", &message, when).and_then(|()| track.flush()) {
+                    Ok(()) => written += 1,
+                    Err(e) => break e,
+                }
+            };
+            assert!(matches!(failure, SinkError::DiskFull(p) if p == path), "room {room}");
+            assert!(track.snapshot("/squirm/scalars", &message, When { nanoseconds: 0, sequence: 0 }).is_err());
+            assert!(track.finish().is_err());
+            let bytes = track.into_inner().file.into_inner();
+            let whole = mcap::MessageStream::new(&bytes).unwrap().take_while(Result::is_ok).count();
+            // Where the disk fills up behind a whole chunk, its message is there although writing it was refused.
+            assert!(whole == written || whole == written + 1, "room {room}: {whole} of {written}");
+            most = most.max(written);
+        }
+        assert!(most > 10, "{most}");
+    }
+}

@@ -71,3 +71,9 @@ impl Encoder {
         message
     }
 }
+
+/// Length of a message with columns of so many bytes a row and so many rows: what to announce when a topic is opened.
+pub(super) fn message_bytes(columns: &[(usize, usize)]) -> usize {
+    let values: usize = columns.iter().map(|(width, rows)| (width * rows).next_multiple_of(8)).sum();
+    (size_of::<Header>() + size_of::<Column>() * columns.len() + values).next_multiple_of(16)
+}

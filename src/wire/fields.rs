@@ -1,5 +1,6 @@
 //! The `fields` message: the fluid averaged over blocks of cells.
 
+use super::encode::message_bytes;
 use super::{Encoder, Kind, Snapshot, Stamp, WireError};
 
 /// Fields on a grid of blocks, x fastest: index = (z * ny + y) * nx + x.
@@ -16,6 +17,12 @@ pub struct Fields {
 }
 
 impl Fields {
+    /// Length of the message of `n` blocks.
+    #[must_use]
+    pub fn message_bytes(n: usize) -> usize {
+        message_bytes(&[4, 12].map(|width| (width, n)))
+    }
+
     /// The message.
     #[must_use]
     pub fn encode(&self, stamp: &Stamp) -> Vec<u8> {

@@ -1,5 +1,6 @@
 //! The `particles` message: a share of the fluid particles.
 
+use super::encode::message_bytes;
 use super::{Encoder, Kind, Snapshot, Stamp, WireError};
 
 /// Fluid particles of mass m = 1.
@@ -16,6 +17,12 @@ pub struct Particles {
 }
 
 impl Particles {
+    /// Length of the message of `n` particles.
+    #[must_use]
+    pub fn message_bytes(n: usize) -> usize {
+        message_bytes(&[12, 12].map(|width| (width, n)))
+    }
+
     /// The message.
     #[must_use]
     pub fn encode(&self, stamp: &Stamp) -> Vec<u8> {

@@ -1,5 +1,6 @@
 //! The `scalars` message: named numbers about the whole system.
 
+use super::encode::message_bytes;
 use super::header::padded;
 use super::{Encoder, Kind, Snapshot, Stamp, WireError};
 
@@ -31,6 +32,12 @@ impl Scalars {
     #[must_use]
     pub fn get(&self, name: &str) -> Option<f64> {
         self.list.iter().find(|s| s.name == name).map(|s| s.value)
+    }
+
+    /// Length of the message of `n` numbers.
+    #[must_use]
+    pub fn message_bytes(n: usize) -> usize {
+        message_bytes(&[32, 16, 8].map(|width| (width, n)))
     }
 
     /// The message.

@@ -160,7 +160,7 @@ impl<'a> Snapshot<'a> {
 fn check(column: &Column, length: u64) -> Result<(), WireError> {
     let malformed = |what: &str| WireError::Malformed(format!("column `{}` {what}", column.name()));
     let (size, _) = element(column.element).ok_or_else(|| malformed("has an unknown element type"))?;
-    if column.components == 0 || column.offset % 8 != 0 {
+    if column.components == 0 || !column.offset.is_multiple_of(8) {
         return Err(malformed("has no components, or is not aligned to 8 bytes"));
     }
     let end = (u64::from(column.components) * size).checked_mul(column.rows).and_then(|n| column.offset.checked_add(n));

@@ -1,5 +1,6 @@
 //! The `squirmers` message: one row per squirmer, and one per species.
 
+use super::encode::message_bytes;
 use super::header::padded;
 use super::{Encoder, Kind, Snapshot, Stamp, WireError};
 
@@ -50,6 +51,14 @@ pub struct Squirmers {
 }
 
 impl Squirmers {
+    /// Length of the message of `n` squirmers of so many species.
+    #[must_use]
+    pub fn message_bytes(n: usize, species: usize) -> usize {
+        let squirmers = [4, 4, 12, 24, 12, 16, 12, 12, 12, 12].map(|width| (width, n));
+        let table = [32, 16, 8, 8, 8, 8].map(|width| (width, species));
+        message_bytes(&[&squirmers[..], &table].concat())
+    }
+
     /// The message.
     #[must_use]
     pub fn encode(&self, stamp: &Stamp) -> Vec<u8> {

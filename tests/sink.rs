@@ -1,0 +1,367 @@
+//! Recordings, shared memory and tables: what arrives is what was sent, and every failure has a name.
+
+use foxglove::Decode;
+use foxglove::messages::{FrameTransform, PointCloud, PosesInFrame, SceneUpdate};
+use squirm::analyze::{AnalyzeError, Limits, Live, Recording, Source};
+use squirm::sink::{Job, Outlets, Provenance, Publisher, Recorder, SinkError, Tables, Targets, Writer};
+use squirm::wire::{Fields, Header, Kind, Particles, Scalars, SpeciesRow, Squirmers, Stamp, domain};
+use std::ops::ControlFlow;
+use std::time::{Duration, Instant};
+
+fn stamp(seq: u64) -> Stamp {
+    Stamp {
+        run_id: [0xab; 16],
+        step: 20 * seq,
+        time: 0.5 * seq as f64,
+        seq,
+        every: 20,
+        box_size: [48.0, 12.0, 24.0],
+        walls: true,
+    }
+}
+
+/// One prolate squirmer whose axis is y: a quarter turn about x takes z to -y, so minus a quarter takes it to y.
+fn squirmers() -> Squirmers {
+    let half = std::f32::consts::FRAC_1_SQRT_2;
+    Squirmers {
+        id: vec![3],
+        species: vec![0],
+        position: vec![[1.0, 2.0, 3.0]],
+        unwrapped: vec![[49.0, 2.0, 3.0]],
+        axis: vec![[0.0, 1.0, 0.0]],
+        orientation: vec![[-half, 0.0, 0.0, half]],
+        velocity: vec![[0.0, 0.25, 0.0]],
+        angular_velocity: vec![[0.0; 3]],
+        force: vec![[0.5, 0.0, 0.0]],
+        torque: vec![[0.0; 3]],
+        table: vec![SpeciesRow {
+            name: "puller".into(),
+            along: 4.0,
+            across: 2.0,
+            b1: 0.1,
+            beta: 1.0,
+            rotlet: 0.0,
+            u0: 0.07,
+        }],
+    }
+}
+
+fn scalars(value: f64) -> Scalars {
+    let mut scalars = Scalars::default();
+    scalars.push("temperature", "kT", value);
+    scalars.push("swim_speed", "sqrt(kT/m)", 0.1);
+    scalars
+}
+
+fn provenance() -> Provenance {
+    Provenance { run: "test".into(), run_id: [0xab; 16], seed: 7, version: "1.2.3".into(), ..Provenance::default() }
+}
+
+/// Topic, log time and data of every message; checksums verified.
+fn messages(path: &std::path::Path) -> Vec<(String, u64, Vec<u8>)> {
+    let bytes = std::fs::read(path).unwrap();
+    let stream = mcap::MessageStream::new_with_options(&bytes, mcap::read::Options::ValidateChunkCrcs.into()).unwrap();
+    stream.map(Result::unwrap).map(|m| (m.channel.topic.clone(), m.log_time, m.data.into_owned())).collect()
+}
+
+fn of<'a>(messages: &'a [(String, u64, Vec<u8>)], topic: &str) -> &'a [u8] {
+    &messages.iter().find(|m| m.0 == topic).unwrap_or_else(|| panic!("no message on {topic}")).2
+}
+
+#[test]
+fn a_recording_holds_the_bytes_and_says_where_they_come_from() {
+    let dir = tempfile::tempdir().unwrap();
+    let mut recorder = Recorder::create(dir.path(), &provenance(), "steps = 40\n").unwrap();
+    let fields = Fields { block: 2, blocks: [1, 1, 2], density: vec![10.0; 2], velocity: vec![[0.0; 3]; 2] };
+    let all = [squirmers().encode(&stamp(3)), scalars(1.0).encode(&stamp(3)), fields.encode(&stamp(3))];
+    all.iter().for_each(|message| recorder.write(message).unwrap());
+    recorder.sync().unwrap();
+    let files = recorder.finish().unwrap();
+    let path = dir.path().join("run.mcap");
+    assert_eq!((files.len(), &files[0].path, files[0].messages), (1, &path, 7));
+    assert_eq!(files[0].bytes, path.metadata().unwrap().len());
+
+    let read = messages(&path);
+    assert!(read.iter().all(|m| m.1 == 1_500_000_000));
+    for (topic, bytes) in ["/squirm/squirmers", "/squirm/scalars", "/squirm/fields"].iter().zip(&all) {
+        assert_eq!(of(&read, topic), bytes.as_slice());
+    }
+    let bytes = std::fs::read(&path).unwrap();
+    let summary = mcap::Summary::read(&bytes).unwrap().unwrap();
+    let attached = |i: usize| mcap::read::attachment(&bytes, &summary.attachment_indexes[i]).unwrap();
+    assert_eq!((attached(0).name.as_str(), &attached(0).data[..]), ("pipeline.toml", &b"steps = 40\n"[..]));
+    let provenance: serde_json::Value = serde_json::from_slice(&attached(1).data).unwrap();
+    assert_eq!((&provenance["seed"], &provenance["run_id"]), (&7.into(), &"ab".repeat(16).into()));
+    let metadata = mcap::read::metadata(&bytes, &summary.metadata_indexes[0]).unwrap();
+    assert_eq!((metadata.name.as_str(), metadata.metadata["version"].as_str()), ("squirm:run", "1.2.3"));
+    let schema = summary.schemas.values().find(|s| s.name == "squirm.Snapshot").unwrap();
+    assert!(schema.data.starts_with(b"# Snapshots"));
+}
+
+#[test]
+fn viewers_see_spheroids_headings_and_the_box() {
+    let dir = tempfile::tempdir().unwrap();
+    let mut recorder = Recorder::create(dir.path(), &provenance(), "").unwrap();
+    recorder.write(&squirmers().encode(&stamp(1))).unwrap();
+    recorder.finish().unwrap();
+    let read = messages(&dir.path().join("run.mcap"));
+
+    let poses = PosesInFrame::decode(of(&read, "/squirmers/poses")).unwrap();
+    let q = poses.poses[0].orientation.unwrap();
+    let along = glam::DQuat::from_xyzw(q.x, q.y, q.z, q.w) * glam::DVec3::X;
+    assert!((along - glam::DVec3::Y).length() < 1e-6, "{along}");
+    assert_eq!(poses.timestamp.unwrap().total_nanos(), 500_000_000);
+
+    let scene = SceneUpdate::decode(of(&read, "/squirmers/scene")).unwrap();
+    let [bodies, edges] = &scene.entities[..] else { panic!("{} entities", scene.entities.len()) };
+    let size = bodies.spheres[0].size.unwrap();
+    assert_eq!((size.x, size.y, size.z, bodies.arrows.len()), (4.0, 4.0, 8.0, 1));
+    let corners = &edges.lines[0].points;
+    assert_eq!(corners.len(), 24);
+    let length =
+        |p: &[foxglove::messages::Point3]| (p[0].x - p[1].x).abs() + (p[0].y - p[1].y).abs() + (p[0].z - p[1].z).abs();
+    assert_eq!(corners.chunks(2).map(length).sum::<f64>(), 4.0 * (48.0 + 12.0 + 24.0));
+
+    let points = PointCloud::decode(of(&read, "/squirmers/points")).unwrap();
+    assert_eq!((points.point_stride, points.data.len(), points.fields[6].name.as_str()), (32, 32, "id"));
+    assert_eq!(points.data[24..28], 3u32.to_le_bytes());
+    assert_eq!(FrameTransform::decode(of(&read, "/tf")).unwrap().child_frame_id, "box");
+}
+
+#[test]
+fn the_fluid_has_its_own_file_and_viewers_a_share() {
+    let dir = tempfile::tempdir().unwrap();
+    let mut recorder = Recorder::create(dir.path(), &provenance(), "").unwrap();
+    let n = 250_000;
+    let particles =
+        Particles { fraction: 0.5, population: 500_000, position: vec![[1.0; 3]; n], velocity: vec![[0.5; 3]; n] };
+    let bytes = particles.encode(&stamp(0));
+    recorder.write(&bytes).unwrap();
+    let files = recorder.finish().unwrap();
+    assert_eq!(files.iter().map(|f| f.messages).collect::<Vec<_>>(), [0, 2]);
+    let read = messages(&files[1].path);
+    assert_eq!(of(&read, "/squirm/particles"), bytes);
+    let points = PointCloud::decode(of(&read, "/fluid/points")).unwrap();
+    assert_eq!((points.point_stride, points.data.len()), (24, 24 * 125_000));
+}
+
+#[test]
+fn nothing_is_overwritten() {
+    for name in ["run.mcap", "run.fluid.mcap", "scalars.csv"] {
+        let dir = tempfile::tempdir().unwrap();
+        std::fs::write(dir.path().join(name), "mine").unwrap();
+        let recorded = Recorder::create(dir.path(), &provenance(), "").err();
+        let tabled = Tables::create(dir.path()).err();
+        let error = if name.ends_with("csv") { tabled } else { recorded };
+        assert!(matches!(error, Some(SinkError::Exists(path)) if path.ends_with(name)));
+        assert_eq!(std::fs::read(dir.path().join(name)).unwrap(), b"mine");
+    }
+}
+
+#[test]
+fn a_recording_that_was_never_finished_reads_to_its_last_snapshot() {
+    let dir = tempfile::tempdir().unwrap();
+    let mut recorder = Recorder::create(dir.path(), &provenance(), "").unwrap();
+    (0..5).for_each(|seq| recorder.write(&squirmers().encode(&stamp(seq))).unwrap());
+    // What a kill leaves behind: nothing more is written.
+    std::mem::forget(recorder);
+    let mut steps = Vec::new();
+    let ending = Recording::new(&dir.path().join("run.mcap")).drive(&[Kind::Squirmers], &mut |s| {
+        steps.push(s.header.step);
+        Ok(ControlFlow::Continue(()))
+    });
+    assert_eq!((steps, ending.unwrap().warnings.len()), (vec![0, 20, 40, 60, 80], 1));
+}
+
+#[test]
+fn tables_have_units_and_one_row_per_squirmer() {
+    let dir = tempfile::tempdir().unwrap();
+    let mut tables = Tables::create(dir.path()).unwrap();
+    (0..2).for_each(|seq| tables.write(&squirmers().encode(&stamp(seq))).unwrap());
+    tables.write(&scalars(1.25).encode(&stamp(1))).unwrap();
+    let text = std::fs::read_to_string(dir.path().join("scalars.csv")).unwrap();
+    assert_eq!(text, "step,time [tau],temperature [kT],swim_speed [sqrt(kT/m)]\n20,0.5,1.25,0.1\n");
+    let text = std::fs::read_to_string(dir.path().join("squirmers.csv")).unwrap();
+    let rows: Vec<Vec<&str>> = text.lines().map(|l| l.split(',').collect()).collect();
+    assert_eq!((rows.len(), rows[0].len(), rows[1].len()), (3, 25, 25));
+    assert_eq!((rows[0][7], rows[2][7], rows[0][11], rows[2][11]), ("unwrapped_x [a]", "49", "ey", "1"));
+    let mut changed = Scalars::default();
+    changed.push("other", "", 0.0);
+    assert!(tables.write(&changed.encode(&stamp(2))).is_err());
+}
+
+/// A name that no other test or run has.
+fn unique(name: &str) -> String {
+    format!("{name}-{}", std::process::id())
+}
+
+/// Sequence numbers that a live source gives, and its ending.
+fn follow(run: &str, limits: Limits, pause: Duration) -> Result<(Vec<u64>, squirm::analyze::Ending), AnalyzeError> {
+    let mut seen = Vec::new();
+    let ending = Live::new(run, limits).drive(&[Kind::Scalars], &mut |s| {
+        seen.push(s.header.seq);
+        std::thread::sleep(pause);
+        Ok(ControlFlow::Continue(()))
+    })?;
+    Ok((seen, ending))
+}
+
+fn open(run: &str) -> Publisher {
+    Publisher::open(run, &[(Kind::Scalars, scalars(0.0).encode(&stamp(0)).len())]).unwrap()
+}
+
+#[test]
+fn a_late_joiner_gets_the_newest_snapshot_from_an_idle_writer() {
+    let run = unique("late");
+    let outlets = Outlets { publisher: Some(open(&run)), ..Outlets::default() };
+    let mut writer = Writer::spawn(outlets, 4).unwrap();
+    let targets = Targets { publish: true, ..Targets::default() };
+    (0..7).for_each(|seq| writer.send(Job::Snapshot(scalars(0.0).encode(&stamp(seq)), targets)).unwrap());
+    writer.sync().unwrap();
+    let limits = Limits { snapshots: Some(1), duration: Some(Duration::from_secs(10)), ..Limits::default() };
+    assert_eq!(follow(&run, limits, Duration::ZERO).unwrap().0, [6]);
+    assert_eq!(writer.finish().unwrap().snapshots, 7);
+}
+
+#[test]
+fn a_slow_reader_loses_snapshots_and_counts_them_but_holds_nobody_up() {
+    let run = unique("slow");
+    let mut publisher = open(&run);
+    let reader = {
+        let run = run.clone();
+        std::thread::spawn(move || follow(&run, Limits::default(), Duration::from_millis(5)).unwrap())
+    };
+    let begin = Instant::now();
+    let (mut seq, mut reached) = (0, 0);
+    while reached < 400 && begin.elapsed().as_secs() < 20 {
+        reached += publisher.publish(&scalars(0.0).encode(&stamp(seq))).unwrap();
+        seq += 1;
+        std::thread::sleep(Duration::from_micros(100));
+    }
+    drop(publisher);
+    let (seen, ending) = reader.join().unwrap();
+    assert!(ending.lost > 0 && ending.warnings.len() == 1, "{ending:?}");
+    assert_eq!(
+        seen[0] + seen.len() as u64 + ending.lost,
+        seq,
+        "every snapshot since the first was seen or counted as lost"
+    );
+    assert!(seen.windows(2).all(|w| w[0] < w[1]));
+}
+
+/// The memory set aside is enough for the worst that the allowed number of subscribers can do.
+#[test]
+fn subscribers_that_hold_all_they_may_cost_no_snapshot() {
+    use iceoryx2::prelude::{NodeBuilder, SignalHandlingMode, ipc};
+    let run = unique("held");
+    let mut publisher = open(&run);
+    let mut seq = 0..;
+    let mut publish = |n| {
+        (0..n)
+            .map(|_| publisher.publish(&scalars(0.0).encode(&stamp(seq.next().unwrap()))).unwrap())
+            .collect::<Vec<_>>()
+    };
+    let builder =
+        NodeBuilder::new().config(&domain::config().unwrap()).signal_handling_mode(SignalHandlingMode::Disabled);
+    let node = builder.create::<ipc::Service>().unwrap();
+    let service = node.service_builder(&domain::service(&run, "scalars").unwrap());
+    let service = service.publish_subscribe::<[domain::Block]>().user_header::<Header>().open().unwrap();
+    let subscribers = [(); domain::MAX_SUBSCRIBERS].map(|()| service.subscriber_builder().create().unwrap());
+    assert!(service.subscriber_builder().create().is_err());
+    let mut held = Vec::new();
+    for subscriber in &subscribers {
+        publish(domain::BUFFER);
+        held.extend([(); domain::MAX_BORROWED].map(|()| subscriber.receive().unwrap().unwrap()));
+    }
+    let mut seqs: Vec<u64> = held.iter().map(|sample| sample.user_header().seq).collect();
+    seqs.dedup();
+    assert_eq!(seqs.len(), domain::MAX_SUBSCRIBERS * domain::MAX_BORROWED, "every subscriber holds others");
+    assert_eq!(publish(10), [domain::MAX_SUBSCRIBERS; 10]);
+    assert_eq!(publisher.dropped(), 0);
+}
+
+#[test]
+fn names_lengths_and_topics_are_checked() {
+    let run = unique("taken");
+    let mut publisher = open(&run);
+    assert!(matches!(Publisher::open(&run, &[(Kind::Scalars, 4096)]), Err(SinkError::Taken(name)) if name == run));
+    assert!(matches!(publisher.publish(&squirmers().encode(&stamp(0))), Err(SinkError::NotOpen("squirmers"))));
+    let mut long = scalars(0.0);
+    long.push("more", "", 1.0);
+    assert!(matches!(publisher.publish(&long.encode(&stamp(0))), Err(SinkError::TooLong { .. })));
+    assert!(matches!(publisher.publish(&[0; 320]), Err(SinkError::Wire(_))));
+    let error = follow(&unique("absent"), Limits::default(), Duration::ZERO).unwrap_err().to_string();
+    assert!(error.contains("publishes scalars here") && error.contains(&run), "{error}");
+}
+
+#[test]
+fn shared_memory_that_is_too_small_is_refused_before_it_is_touched() {
+    let Err(SinkError::SharedMemory { need, free, .. }) =
+        Publisher::open(&unique("huge"), &[(Kind::Particles, 1 << 50)])
+    else {
+        panic!("a petabyte was granted");
+    };
+    assert!(need > free);
+}
+
+#[test]
+fn a_limit_in_time_ends_a_live_source() {
+    let run = unique("limited");
+    let _publisher = open(&run);
+    let begin = Instant::now();
+    let limits = Limits { duration: Some(Duration::from_millis(300)), ..Limits::default() };
+    assert_eq!(follow(&run, limits, Duration::ZERO).unwrap().0, [0u64; 0]);
+    assert!((0.25..5.0).contains(&begin.elapsed().as_secs_f64()));
+}
+
+#[test]
+fn a_failed_job_is_reported_and_the_recording_is_finished_all_the_same() {
+    let dir = tempfile::tempdir().unwrap();
+    let recorder = Recorder::create(dir.path(), &provenance(), "").unwrap();
+    let mut writer = Writer::spawn(Outlets { recorder: Some(recorder), ..Outlets::default() }, 2).unwrap();
+    let targets = Targets { record: true, ..Targets::default() };
+    writer.send(Job::Encode(Box::new(|| scalars(1.0).encode(&stamp(0))), targets)).unwrap();
+    writer.sync().unwrap();
+    writer.send(Job::Snapshot(vec![0; 320], targets)).unwrap();
+    assert!(matches!(writer.finish(), Err(SinkError::Wire(_))));
+    let bytes = std::fs::read(dir.path().join("run.mcap")).unwrap();
+    assert_eq!(mcap::Summary::read(&bytes).unwrap().unwrap().stats.unwrap().message_count, 1);
+}
+
+/// Not a test of its own: the process that the next test kills.
+#[test]
+fn publishes_until_it_is_killed() {
+    let Ok(run) = std::env::var("SQUIRM_TEST_PUBLISHER") else { return };
+    let mut publisher = open(&run);
+    for seq in 0..10_000 {
+        publisher.publish(&scalars(0.0).encode(&stamp(seq))).unwrap();
+        std::thread::sleep(Duration::from_millis(2));
+    }
+}
+
+#[test]
+fn a_reader_outlives_a_killed_run_and_the_name_is_free_again() {
+    let run = unique("killed");
+    let mut child = std::process::Command::new(std::env::current_exe().unwrap())
+        .args(["--exact", "publishes_until_it_is_killed"])
+        .env("SQUIRM_TEST_PUBLISHER", &run)
+        .stdout(std::process::Stdio::null())
+        .spawn()
+        .unwrap();
+    let begin = Instant::now();
+    let first = Limits { snapshots: Some(3), ..Limits::default() };
+    while follow(&run, first.clone(), Duration::ZERO).is_err() {
+        assert!(begin.elapsed().as_secs() < 20, "the run does not begin");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    let reader = {
+        let run = run.clone();
+        std::thread::spawn(move || follow(&run, Limits::default(), Duration::ZERO).unwrap())
+    };
+    std::thread::sleep(Duration::from_millis(100));
+    child.kill().unwrap();
+    child.wait().unwrap();
+    let (seen, _) = reader.join().unwrap();
+    assert!(!seen.is_empty());
+    open(&run);
+}
