@@ -300,7 +300,11 @@ pub const CATALOGUE: &[Buffer] = &[
         "momentum and angular momentum handed to each squirmer: six wide sums",
     ),
     buffer(
-        "wall_impulses", Persistent, One, 64 * 12, "momentum handed to the low and the high wall since the start: 64 partial sums of six wide sums",
+        "wall_impulses",
+        Persistent,
+        One,
+        64 * 12,
+        "momentum handed to the low and the high wall since the start: 64 partial sums of six wide sums",
     ),
     buffer("faults", Persistent, One, 8, "what went wrong: flags, where and when first"),
     buffer("shift", Derived(&[]), One, 4, "grid shift of this step, in coordinate units"),

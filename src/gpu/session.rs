@@ -189,7 +189,7 @@ impl Session {
         let times = if timed { self.timing.as_ref().map(|t| t.resolve(&self.gpu, &mut encoder)) } else { None };
         self.step += steps;
         let index = self.gpu.queue.submit([encoder.finish()]);
-        let times = times.map(|buffer| super::measure::Readback::map(buffer));
+        let times = times.map(super::measure::Readback::map);
         Submission { index, times }
     }
 
@@ -306,22 +306,24 @@ impl Session {
             self.poll()?;
         }
         let bytes = readback.take().ok_or_else(|| GpuError::Lost(format!("`{name}` could not be read back")))?;
-        Ok(bytemuck::pod_collect_to_vec(&bytes))
+        let whole = bytes.len() / size_of::<T>() * size_of::<T>();
+        Ok(bytemuck::pod_collect_to_vec(&bytes[..whole]))
     }
 
     /// Positions, velocities and squirmers as the GPU has them; waits for it.
     ///
     /// # Errors
     /// If the device was lost.
-    pub fn raw(&self) -> Result<(Vec<u32>, Vec<f32>, Vec<SquirmerState>), GpuError> {
+    pub fn raw(&self) -> Result<packed::Raw, GpuError> {
         let mut positions = self.read::<u32>("positions")?;
         let mut velocities = self.read::<f32>("velocities")?;
-        let mut squirmers = self.read::<u32>("squirmers")?;
+        let mut squirmers = self.read::<SquirmerState>("squirmers")?;
+        // Buffers are never empty, and their length is rounded up.
         let particles = usize::try_from(self.sizes.particles).expect("particles fit in memory");
         positions.truncate(3 * particles);
         velocities.truncate(3 * particles);
-        squirmers.truncate(self.system.squirmer_count() as usize * size_of::<SquirmerState>() / 4);
-        Ok((positions, velocities, bytemuck::pod_collect_to_vec(bytemuck::cast_slice::<u32, u8>(&squirmers))))
+        squirmers.truncate(self.system.squirmer_count() as usize);
+        Ok(packed::Raw { step: self.step, positions, velocities, squirmers })
     }
 
     /// The state on the host; waits for the GPU.
@@ -329,8 +331,7 @@ impl Session {
     /// # Errors
     /// If the device was lost.
     pub fn state(&self) -> Result<State, GpuError> {
-        let (positions, velocities, squirmers) = self.raw()?;
-        Ok(packed::unpack(&self.system, self.step, &positions, &velocities, &squirmers))
+        Ok(self.raw()?.state(&self.system))
     }
 
     /// The flags of `faults`; waits for the GPU.

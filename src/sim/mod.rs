@@ -195,8 +195,7 @@ impl<'a> Loop<'a> {
     }
 
     fn close(self, options: &Options) -> Result<Summary, RunError> {
-        let (positions, velocities, squirmers) = self.session.raw()?;
-        let digest = crate::state::packed::digest(&positions, &velocities, &squirmers);
+        let digest = self.session.raw()?.digest();
         let memory = self.session.memory();
         let files = self.outputs.finish()?;
         let summary = Summary::new(self.plan, &self.books, self.speed, memory, files, digest);

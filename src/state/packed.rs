@@ -235,30 +235,68 @@ pub fn system_uniform(system: &System, particles: u64) -> SystemUniform {
     }
 }
 
-/// A 128-bit digest of the state that does not depend on the order of the particles in memory: the sum of their hashes, and the
-/// hash of the squirmers in order.
-#[must_use]
-pub fn digest(positions: &[u32], velocities: &[f32], squirmers: &[SquirmerState]) -> String {
-    let mut sum = 0u128;
-    for (x, v) in positions.chunks_exact(3).zip(velocities.chunks_exact(3)) {
-        let mut bytes = [0u8; 24];
-        bytes[..12].copy_from_slice(bytemuck::cast_slice(x));
-        bytes[12..].copy_from_slice(bytemuck::cast_slice(v));
-        let hash = blake3::hash(&bytes);
-        sum = sum.wrapping_add(u128::from_le_bytes(hash.as_bytes()[..16].try_into().expect("16 bytes")));
-    }
-    let mut hasher = blake3::Hasher::new();
-    hasher.update(&sum.to_le_bytes());
-    hasher.update(bytemuck::cast_slice(squirmers));
-    hasher.finalize().to_hex()[..32].to_owned()
+/// The state in the words that the GPU holds.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Raw {
+    /// Steps done.
+    pub step: u64,
+    /// Three words per particle.
+    pub positions: Vec<u32>,
+    /// Three words per particle.
+    pub velocities: Vec<f32>,
+    /// Squirmers.
+    pub squirmers: Vec<SquirmerState>,
 }
 
-/// Reads back the state.
-#[must_use]
-pub fn unpack(system: &System, step: u64, positions: &[u32], velocities: &[f32], squirmers: &[SquirmerState]) -> State {
-    State {
-        step,
-        particles: unpack_particles(&system.domain, positions, velocities),
-        squirmers: unpack_squirmers(system, squirmers),
+impl Raw {
+    /// A 128-bit digest that does not depend on the order of the particles in memory: the hash of the sum of their hashes and of
+    /// the squirmers in order.
+    #[must_use]
+    pub fn digest(&self) -> String {
+        let mut sum = 0u128;
+        for (x, v) in self.positions.chunks_exact(3).zip(self.velocities.chunks_exact(3)) {
+            let mut bytes = [0u8; 24];
+            bytes[..12].copy_from_slice(bytemuck::cast_slice(x));
+            bytes[12..].copy_from_slice(bytemuck::cast_slice(v));
+            let hash = blake3::hash(&bytes);
+            sum = sum.wrapping_add(u128::from_le_bytes(hash.as_bytes()[..16].try_into().expect("16 bytes")));
+        }
+        let mut hasher = blake3::Hasher::new();
+        hasher.update(&sum.to_le_bytes());
+        hasher.update(bytemuck::cast_slice(&self.squirmers));
+        hasher.finalize().to_hex()[..32].to_owned()
+    }
+
+    /// The same in f64.
+    #[must_use]
+    pub fn state(&self, system: &System) -> State {
+        State {
+            step: self.step,
+            particles: unpack_particles(&system.domain, &self.positions, &self.velocities),
+            squirmers: unpack_squirmers(system, &self.squirmers),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_digest_ignores_order_but_nothing_else() {
+        let raw = Raw {
+            step: 1,
+            positions: vec![1, 2, 3, 4, 5, 6],
+            velocities: vec![0.5, 1.0, 1.5, 2.0, 2.5, 3.0],
+            squirmers: vec![],
+        };
+        let swapped =
+            Raw { positions: vec![4, 5, 6, 1, 2, 3], velocities: vec![2.0, 2.5, 3.0, 0.5, 1.0, 1.5], ..raw.clone() };
+        assert_eq!(raw.digest(), swapped.digest());
+        let mixed = Raw { positions: vec![4, 5, 6, 1, 2, 3], ..raw.clone() };
+        assert_ne!(raw.digest(), mixed.digest());
+        let mut nudged = raw.clone();
+        nudged.velocities[3] = f32::from_bits(nudged.velocities[3].to_bits() + 1);
+        assert_ne!(raw.digest(), nudged.digest());
     }
 }
