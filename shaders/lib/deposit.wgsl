@@ -14,9 +14,10 @@ fn deposit3(word: u32, a: vec3<i32>) {
 // x from the cell's centre.
 fn deposit(cell: u32, x: vec3<f32>, v: vec3<f32>) {
     let square = fma(v.x, v.x, fma(v.y, v.y, v.z * v.z));
-    // The comparison is false for a velocity that is not a number, too.
+    // The comparison is false for a velocity that is not a number, too. Comparing such a number with itself says nothing in WGSL:
+    // its bits do.
     if !(square <= system.max_speed * system.max_speed) {
-        atomicOr(&faults[0], select(FAULT_SPEED, FAULT_NAN, square != square));
+        atomicOr(&faults[0], select(FAULT_SPEED, FAULT_NAN, (bitcast<u32>(square) & 0x7fffffffu) > 0x7f800000u));
         return;
     }
     let word = cell * MOMENT_WORDS;

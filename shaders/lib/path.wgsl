@@ -62,11 +62,12 @@ fn fly(start: Path, time: f32) -> Path {
 }
 
 // Half a step of the body force. It is often no more than a few units in the last place of a velocity, and rounding to the nearest
-// would then change its size for whole classes of particles: the low bits of the position decide which way to round.
+// would then change its size for whole classes of particles: the low bits of the position decide which way to round. A whole number
+// of units is added, so that no order in which a compiler adds can lose them.
 fn kicked(v: vec3<f32>, position: vec3<u32>) -> vec3<f32> {
     let kick = system.acceleration * (0.5 * system.dt);
-    let dice = vec3<f32>(position.yzx & vec3<u32>(0xffffu)) * 1.52587890625e-5 - 0.49999237060546875;
-    // Distance to the next larger magnitude.
-    let unit = abs(bitcast<vec3<f32>>(bitcast<vec3<u32>>(v) + 1u) - v);
-    return select(v + fma(dice, unit, kick), v, kick == vec3<f32>(0.0));
+    let dice = vec3<f32>(position.yzx & vec3<u32>(0xffffu)) * 1.52587890625e-5 + 7.62939453125e-6;
+    // Distance to the next larger magnitude, or, next to rest, a small part of the kick.
+    let unit = max(abs(bitcast<vec3<f32>>(bitcast<vec3<u32>>(v) + 1u) - v), abs(kick) * 1.1920928955078125e-7);
+    return select(fma(floor(kick / unit + dice), unit, v), v, kick == vec3<f32>(0.0));
 }

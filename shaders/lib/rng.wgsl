@@ -38,11 +38,11 @@ fn threefry(counter: vec4<u32>, key: vec4<u32>) -> vec4<u32> {
     return x;
 }
 
-// Four numbers uniform in (0, 1): the centres of 2^24 equal intervals.
+// Four numbers uniform in (0, 1): the centres of 2^23 equal intervals, all exact in f32.
 fn uniforms(purpose: u32, owner: u32, index: u32, block: u32) -> vec4<f32> {
     let key = vec4<u32>(system.seed_low, system.seed_high, purpose, now.step_high);
-    let words = threefry(vec4<u32>(now.step_low, owner, index, block), key) >> vec4<u32>(8u);
-    return (vec4<f32>(words) + 0.5) * 5.9604644775390625e-8;
+    let words = threefry(vec4<u32>(now.step_low, owner, index, block), key) >> vec4<u32>(9u);
+    return (vec4<f32>(words) + 0.5) * 1.1920928955078125e-7;
 }
 
 // Three independent standard normals (Box and Muller, Ann. Math. Stat. 29, 610, 1958).

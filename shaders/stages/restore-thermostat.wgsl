@@ -42,7 +42,10 @@ fn restore(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) gro
     let k = centre(sums);
     let turned = operator_at(cell);
     var o: Operator;
-    if settings.angular_momentum == 0u {
+    if k.energy <= 1e-6 * sums.energy {
+        // Equal velocities up to the resolution of the sums: nothing to turn or to scale.
+        o = no_collision();
+    } else if settings.angular_momentum == 0u {
         o = scaled(turned, factor(cell, 1.5 * (k.count - 1.0), k.energy, k.energy), vec3<f32>(0.0));
     } else {
         o = restored(cell, k, turned);

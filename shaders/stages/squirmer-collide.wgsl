@@ -58,7 +58,7 @@ fn mark_map(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) gr
         return;
     }
     let cell = (c + 2 * size) % size;
-    // From the squirmer's centre to the cell's centre.
+    // From the squirmer's centre to the cell's centre; a place, unlike a displacement, may lie more than half a turn from 0.
     let middle = vec3<u32>((vec3<f32>(cell) + 0.5) * system.units);
     let d = separation(middle, centre);
     let kind = species[squirmers[i].species];

@@ -159,7 +159,7 @@ impl Measurement {
         };
         let own: Vec<&Buffer> = ["totals", "fields", "samples"].iter().filter_map(|n| find(n)).collect();
         let gpu = &session.gpu;
-        let mut buffers = create_buffers(gpu, &sizes, own.into_iter())?;
+        let mut buffers = create_buffers(gpu, &sizes, 0, own.into_iter())?;
         for (name, buffer) in &session.buffers {
             buffers.insert(name, buffer.clone());
         }

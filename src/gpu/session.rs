@@ -58,6 +58,15 @@ impl Session {
     /// # Errors
     /// If a buffer is too large, memory runs out, or a shader is not accepted.
     pub fn new(gpu: &Gpu, plan: &Plan, state: &State) -> Result<Self, GpuError> {
+        Self::with_room(gpu, plan, state, 0)
+    }
+
+    /// The same with `room` bytes at the end of every buffer that no kernel may touch: what tests watch. Writes beyond a buffer's
+    /// end are dropped without a word, so that a catalogue entry shorter than its use would go unnoticed.
+    ///
+    /// # Errors
+    /// See [`Session::new`].
+    pub fn with_room(gpu: &Gpu, plan: &Plan, state: &State, room: u64) -> Result<Self, GpuError> {
         let sizes = packed::sizes(&plan.system, state.particles.len() as u64);
         let modules = plan.stages.iter().map(|s| Module::of(s.entry)).collect::<Result<Vec<_>, _>>()?;
         let mut used: HashSet<String> = modules
@@ -80,7 +89,7 @@ impl Session {
         ] {
             used.insert(name.to_owned());
         }
-        let buffers = create_buffers(gpu, &sizes, CATALOGUE.iter().filter(|b| used.contains(b.name)))?;
+        let buffers = create_buffers(gpu, &sizes, room, CATALOGUE.iter().filter(|b| used.contains(b.name)))?;
         let mut session = Self {
             gpu: gpu.clone(),
             system: plan.system.clone(),
@@ -162,6 +171,11 @@ impl Session {
     pub fn poll(&self) -> Result<(), GpuError> {
         self.gpu.device.poll(wgpu::PollType::Poll).map_err(|e| GpuError::Lost(e.to_string()))?;
         self.gpu.healthy()
+    }
+
+    /// Names of the buffers that this run has, and the bytes that the catalogue gives them.
+    pub fn buffers(&self) -> impl Iterator<Item = (&'static str, u64)> + '_ {
+        CATALOGUE.iter().filter(|b| self.buffers.contains_key(b.name)).map(|b| (b.name, self.sizes.bytes(b)))
     }
 
     /// Steps done so far.
@@ -384,13 +398,14 @@ impl Timing {
 pub(super) fn create_buffers<'a>(
     gpu: &Gpu,
     sizes: &Sizes,
+    room: u64,
     wanted: impl Iterator<Item = &'a Buffer>,
 ) -> Result<Buffers, GpuError> {
     let wanted: Vec<&Buffer> = wanted.filter(|b| b.name != "settings").collect();
     let limit = gpu.summary.largest_binding;
     let adapter = || gpu.summary.name.clone();
     for buffer in &wanted {
-        let bytes = sizes.bytes(buffer);
+        let bytes = sizes.bytes(buffer) + room;
         if bytes > limit {
             let name = CATALOGUE.iter().find(|b| b.name == buffer.name).map_or("buffer", |b| b.name);
             return Err(GpuError::TooLarge { buffer: name, bytes, limit, adapter: adapter() });
@@ -400,7 +415,8 @@ pub(super) fn create_buffers<'a>(
     let mut buffers: Buffers = HashMap::new();
     for buffer in &wanted {
         let uniform = buffer.life == Life::Setting && buffer.name == "system";
-        buffers.insert(buffer.name, storage(gpu, buffer.name, sizes.bytes(buffer).next_multiple_of(16), uniform));
+        buffers
+            .insert(buffer.name, storage(gpu, buffer.name, (sizes.bytes(buffer) + room).next_multiple_of(16), uniform));
     }
     if pollster::block_on(scope.pop()).is_some() {
         let bytes = wanted.iter().map(|b| sizes.bytes(b)).sum();

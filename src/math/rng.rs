@@ -89,10 +89,10 @@ impl Draw {
     }
 }
 
-/// A word as a number in (0, 1): the centres of 2^24 equal intervals, exact in f32.
+/// A word as a number in (0, 1): the centres of 2^23 equal intervals, all exact in f32.
 #[must_use]
 pub fn unit(word: u32) -> f64 {
-    (f64::from(word >> 8) + 0.5) / f64::from(1u32 << 24)
+    (f64::from(word >> 9) + 0.5) / f64::from(1u32 << 23)
 }
 
 #[cfg(test)]

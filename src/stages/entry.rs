@@ -102,6 +102,8 @@ pub struct Entry {
     pub uniform: fn(&Values, &System) -> Vec<u8>,
     /// WGSL declaration of the uniform's struct.
     pub uniform_wgsl: &'static str,
+    /// Names and byte offsets of the uniform's fields.
+    pub uniform_offsets: fn() -> Vec<(&'static str, usize)>,
     /// See [`Stage::reference`].
     pub reference: fn(&Values, &System, &mut Scene),
     /// See [`Stage::reference_receive`].
@@ -125,6 +127,7 @@ impl Entry {
             check: |v, s| S::check(&S::Params::from_values(v), s),
             uniform: |v, s| bytemuck::bytes_of(&S::uniform(&S::Params::from_values(v), s)).to_vec(),
             uniform_wgsl: S::Uniform::WGSL,
+            uniform_offsets: S::Uniform::offsets,
             reference: |v, s, scene| S::reference(&S::Params::from_values(v), s, scene),
             reference_receive: |v, s, scene| S::reference_receive(&S::Params::from_values(v), s, scene),
         }

@@ -126,20 +126,24 @@ struct Relative {
 }
 
 impl Relative {
-    /// `None` if there are no relative velocities.
+    /// `None` if there are no relative velocities, or none that sums in f32 would show.
     fn of(moments: &Moments) -> Option<Self> {
         let count = moments.count;
         if count < 2.0 {
             return None;
         }
         let (centre, mean) = (moments.x / count, moments.v / count);
+        let energy = moments.energy - count * mean.length_squared();
+        if energy <= 1e-6 * moments.energy {
+            return None;
+        }
         Some(Self {
             count,
             centre,
             mean,
             xx: moments.xx - count * outer(centre, centre),
             xw: moments.xv - count * outer(centre, mean),
-            energy: moments.energy - count * mean.length_squared(),
+            energy,
         })
     }
 
@@ -152,9 +156,6 @@ impl Relative {
     fn energy_alone(&self, rotation: DMat3, rule: Energy, drawn: impl Fn(f64) -> f64) -> Operator {
         if rule != Energy::Drawn {
             return self.operator(rotation, DVec3::ZERO);
-        }
-        if self.energy <= 0.0 {
-            return Operator::default();
         }
         let factor = (drawn(3.0 * (self.count - 1.0)) / self.energy).sqrt();
         self.operator(factor * rotation, DVec3::ZERO)

@@ -1,7 +1,6 @@
 //! squirmer-move on the adapter against its f64 reference, and properties that hold in every bit.
 
-mod rig;
-
+use crate::rig;
 use glam::{DQuat, DVec3};
 use squirm::buffers::SquirmerState;
 use squirm::gpu::Session;

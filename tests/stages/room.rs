@@ -1,0 +1,50 @@
+//! No kernel touches what lies beyond the end of its buffers as the catalogue has them: writes there are dropped without a word.
+
+use crate::collision::active_slit;
+use crate::rig;
+use squirm::gpu::Session;
+
+const ROOM: u64 = 4096;
+const POISON: u8 = 0xb7;
+
+/// Where every buffer ends by the catalogue, and all that lies beyond.
+fn tails(session: &Session) -> Vec<(&'static str, usize, Vec<u8>)> {
+    let tail = |(name, bytes): (&'static str, u64)| {
+        let end = usize::try_from(bytes).expect("small");
+        let content = session.read::<u8>(name).expect("a readable buffer");
+        (name, end, content[end..].to_vec())
+    };
+    session.buffers().map(tail).collect()
+}
+
+#[test]
+fn no_stage_writes_or_reads_beyond_its_buffers() {
+    let (system, state) = active_slit();
+    let plan = rig::plan(&system, rig::EVERYTHING, &[]);
+    let mut watched = Session::with_room(rig::gpu(), &plan, &state, ROOM).expect("a session");
+    let mut seen = 0;
+    for (name, bytes) in watched.buffers() {
+        let mut content = watched.read::<u8>(name).expect("a readable buffer");
+        content[usize::try_from(bytes).expect("small")..].fill(POISON);
+        assert!(content.len() as u64 >= bytes + ROOM);
+        watched.write(name, &content);
+        seen += 1;
+    }
+    assert!(seen > 15, "{seen}");
+    watched.advance(5, false);
+    for (name, end, tail) in tails(&watched) {
+        let touched = tail.iter().position(|b| *b != POISON);
+        assert_eq!(touched, None, "`{name}` has {end} bytes, and something wrote beyond them");
+    }
+    // Had something read there, the poison would have changed the run.
+    let mut plain = rig::session(&plan, &state);
+    plain.advance(5, false);
+    assert_eq!(watched.raw().expect("readable").digest(), plain.raw().expect("readable").digest());
+    for (name, _) in plain.buffers().collect::<Vec<_>>() {
+        let (with, without) = (watched.read::<u8>(name).expect("bytes"), plain.read::<u8>(name).expect("bytes"));
+        let end = tails(&watched).iter().find(|t| t.0 == name).expect("a buffer").1;
+        // Order in memory and lists filled by atomic counters may differ.
+        let ordered = ["squirmers", "fluid_force", "steric", "ghost_sums", "ghost_motion", "moments", "operators"];
+        assert!(!ordered.contains(&name) || with[..end] == without[..end], "`{name}` differs");
+    }
+}
