@@ -90,7 +90,13 @@ fn fields_keep_their_grid_and_particles_their_population() {
     let wrong = Fields { blocks: [2, 3, 2], ..fields };
     assert!(matches!(Fields::decode(&Snapshot::parse(&wrong.encode(&stamp())).unwrap()), Err(WireError::Malformed(_))));
 
-    let some = Particles { fraction: 0.5, population: 4, position: vec![[1.0; 3]; 2], velocity: vec![[2.0; 3]; 2] };
+    let some = Particles {
+        fraction: 0.5,
+        population: 4,
+        position: vec![[1.0; 3]; 2],
+        velocity: vec![[2.0; 3]; 2],
+        ..Particles::default()
+    };
     let read = Particles::decode(&Snapshot::parse(&some.encode(&stamp())).unwrap()).unwrap();
     assert_eq!((read.complete(), read), (false, some.clone()));
     assert!(Particles { population: 2, ..some }.complete());
@@ -105,8 +111,10 @@ fn lengths_are_known_beforehand() {
         assert_eq!(scalars.encode(&stamp()).len(), Scalars::message_bytes(count));
         let fields = Fields { block: 1, blocks: [n, 1, 1], density: vec![0.0; count], velocity: v.clone() };
         assert_eq!(fields.encode(&stamp()).len(), Fields::message_bytes(count));
-        let particles = Particles { position: v.clone(), velocity: v, ..Particles::default() };
-        assert_eq!(particles.encode(&stamp()).len(), Particles::message_bytes(count));
+        let mut particles = Particles { position: v.clone(), velocity: v.clone(), ..Particles::default() };
+        assert_eq!(particles.encode(&stamp()).len(), Particles::message_bytes(count, false));
+        particles.rest = v;
+        assert_eq!(particles.encode(&stamp()).len(), Particles::message_bytes(count, count > 0));
     }
 }
 

@@ -6,6 +6,7 @@ mod export;
 mod graph;
 mod render;
 mod run;
+mod signals;
 mod stages;
 
 use clap::{CommandFactory, Parser, Subcommand};
@@ -24,7 +25,8 @@ const WRONG_USAGE: u8 = 2;
 #[derive(Debug, Parser)]
 #[command(
     version,
-    after_help = "Exit status: 0 success, 1 the run failed, 2 the command line or a pipeline file is wrong."
+    after_help = "Exit status: 0 success, 1 the run failed, 2 the command line or a pipeline file is wrong, \
+                  130 or 143 the run was stopped by Ctrl-C or a termination signal: what it wrote is complete."
 )]
 struct Cli {
     #[command(subcommand)]

@@ -145,7 +145,7 @@ fn walls_fluid_and_time_step() {
 #[test]
 fn outputs_must_write_something() {
     says(&[("record = [\"squirmers\", \"scalars\"]\n", "")], "45:1", &["warning: this output names nothing"]);
-    says(&[("every = 20", "every = 200")], "47:9", &["the run ends after 100 steps, before the first output"]);
+    says(&[("every = 20", "every = 200")], "47:9", &["the run ends after 100 steps: this output shows its start"]);
 }
 
 #[test]
