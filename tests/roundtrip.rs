@@ -9,7 +9,7 @@ seed = 5
 steps = 1
 dt = 0.5
 [box]
-size = [6, 8, 6]
+size = [8, 8, 8]
 [fluid]
 density = 1
 [init]
@@ -76,33 +76,20 @@ fn sorted(mut rows: Vec<Row>) -> Vec<Row> {
     rows
 }
 
-/// Resolution of positions: 2^-32 of the box (of twice the box between walls).
-const UNIT: f64 = 16.0 / 4_294_967_296.0;
-
-#[track_caller]
-fn same(found: &[Row], expected: &[Row]) {
-    assert_eq!(found.len(), expected.len());
-    for (f, e) in found.iter().zip(expected) {
-        for k in 0..3 {
-            assert!((f[k] - e[k]).abs() <= 2.0 * UNIT, "{f:?} instead of {e:?}");
-        }
-        assert_eq!(f[3..], e[3..]);
-    }
-}
-
 #[test]
 fn two_particles_stream_across_the_box() {
-    let start = [[1.0, 2.0, 3.0, 0.5, -0.25, 1.0], [5.75, 0.125, 4.0, 1.0, -0.5, 0.0]];
+    let start = [[1.0, 2.0, 3.0, 0.5, -0.25, 1.0], [7.75, 0.125, 4.0, 1.0, -0.5, 0.0]];
     let expected = [[1.25, 1.875, 3.5, 0.5, -0.25, 1.0], [0.25, 7.875, 4.0, 1.0, -0.5, 0.0]];
-    same(&sorted(run(STREAM, &start)), &sorted(expected.to_vec()));
+    // Every number here is a multiple of 2^-29 of the box, so that nothing is rounded.
+    assert_eq!(sorted(run(STREAM, &start)), sorted(expected.to_vec()));
 }
 
 #[test]
 fn a_no_slip_wall_turns_a_particle_round() {
-    let file = STREAM.replace("size = [6, 8, 6]", "size = [6, 8, 6]\nwalls = { axis = \"y\" }");
+    let file = STREAM.replace("size = [8, 8, 8]", "size = [8, 8, 8]\nwalls = { axis = \"y\" }");
     // It meets y = 0 after 0.25 of the 0.5 and goes back the way it came.
     let found = run(&file, &[[3.0, 0.125, 4.0, 1.0, -0.5, 0.25]]);
-    same(&found, &[[3.0, 0.125, 4.0, -1.0, 0.5, -0.25]]);
+    assert_eq!(found, [[3.0, 0.125, 4.0, -1.0, 0.5, -0.25]]);
 }
 
 fn momentum(rows: &[Row]) -> [f64; 3] {
@@ -134,11 +121,8 @@ fn a_collision_keeps_momentum_angular_momentum_and_energy() {
         collided += usize::from(found.iter().zip(&streamed).any(|(a, b)| a[3..] != b[3..]));
         let places = |rows: &[Row]| sorted(rows.iter().map(|r| [r[0], r[1], r[2], 0.0, 0.0, 0.0]).collect());
         assert_eq!(places(&found), places(&streamed), "a collision moves nothing");
-        assert!((energy(&found) - energy(&start)).abs() < 1e-6, "{found:?}");
-        let pairs = [
-            (momentum(&found), momentum(&streamed)),
-            (angular_momentum(&found), angular_momentum(&streamed)),
-        ];
+        assert!((energy(&found) - energy(&start)).abs() < 1e-5, "{found:?}");
+        let pairs = [(momentum(&found), momentum(&streamed)), (angular_momentum(&found), angular_momentum(&streamed))];
         for (after, before) in pairs {
             assert!((0..3).all(|k| (after[k] - before[k]).abs() < 5e-6), "{after:?} after {before:?}");
         }
@@ -151,12 +135,12 @@ fn a_full_snapshot_gives_the_state_back_to_the_last_bit() {
     let folder = tempfile::tempdir().expect("a folder");
     let at = |name: &str| folder.path().join(name);
     let random = STREAM.replace("from = \"start.csv\"", "").replace("density = 1", "density = 5");
-    std::fs::write(at("random.toml"), random.replace("[6, 8, 6]", "[13, 9, 11]")).expect("written");
+    std::fs::write(at("random.toml"), random.replace("[8, 8, 8]", "[13, 9, 11]")).expect("written");
     succeeds(folder.path(), &["run", "random.toml", "--out", "first", "--quiet"]);
     let said = succeeds(folder.path(), &["export", "first", "--at", "1", "--topic", "particles", "--out", "."]);
     assert!(said.contains("particles.csv: 6435 rows, step 1"), "{said}");
     std::fs::rename(at("particles.csv"), at("start.csv")).expect("moved");
-    let again = STREAM.replace("[6, 8, 6]", "[13, 9, 11]").replace("density = 1", "density = 5");
+    let again = STREAM.replace("[8, 8, 8]", "[13, 9, 11]").replace("density = 1", "density = 5");
     std::fs::write(at("again.toml"), again.replace("steps = 1", "steps = 0")).expect("written");
     succeeds(folder.path(), &["run", "again.toml", "--out", "second", "--quiet"]);
     succeeds(folder.path(), &["export", "second", "--topic", "particles"]);

@@ -62,22 +62,22 @@ pub fn export(args: &Args) -> ExitCode {
     let Args { run, to: Format::Csv, at, topic, .. } = args;
     let recording = if run.is_dir() { run.join("run.mcap") } else { run.clone() };
     if !recording.is_file() {
-        eprintln!("error: there is no recording {}", recording.display());
-        eprintln!("help: name the folder of a run, or its run.mcap; a run records only what an [[output]] asks it to");
+        say!("error: there is no recording {}", recording.display());
+        say!("help: name the folder of a run, or its run.mcap; a run records only what an [[output]] asks it to");
         return ExitCode::from(WRONG_USAGE);
     }
     let out = args.out.clone().unwrap_or_else(|| recording.with_file_name("csv"));
     let all = [Topic::Particles, Topic::Squirmers, Topic::Scalars];
     let topics = if topic.is_empty() { &all[..] } else { topic };
     if let Some(old) = topics.iter().map(|t| out.join(t.table().0)).find(|path| path.exists()) {
-        eprintln!("error: {} exists already", old.display());
-        eprintln!("help: remove it, or name another folder with --out");
+        say!("error: {} exists already", old.display());
+        say!("help: remove it, or name another folder with --out");
         return ExitCode::from(WRONG_USAGE);
     }
     match tables(&recording, &out, topics, !topic.is_empty(), *at) {
         Ok(written) => print(&written),
         Err(message) => {
-            eprintln!("error: {message}");
+            say!("error: {message}");
             ExitCode::from(RUN_FAILED)
         }
     }
@@ -98,7 +98,7 @@ fn tables(recording: &Path, out: &Path, topics: &[Topic], asked: bool, at: Optio
             }
             done => done.map_err(|e| e.to_string())?,
         };
-        done.warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
+        done.warnings.iter().for_each(|warning| say!("warning: {warning}"));
         let _ = writeln!(text, "{}: {} rows, step {}", path.display(), done.rows, done.step);
         if !done.complete() {
             let (rows, population) = (done.rows, done.population);

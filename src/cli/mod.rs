@@ -1,5 +1,13 @@
 //! The command line: what it accepts, and where each subcommand goes.
 
+/// Writes a line to standard error. A reader that has gone, as after `2>&1 | head`, must not end a run.
+macro_rules! say {
+    ($($text:tt)*) => {{
+        use std::io::Write as _;
+        let _ = writeln!(std::io::stderr(), $($text)*);
+    }};
+}
+
 mod adapters;
 mod check;
 mod export;
@@ -104,7 +112,7 @@ fn print(text: &str) -> ExitCode {
     use std::io::{ErrorKind, Write};
     match std::io::stdout().lock().write_all(text.as_bytes()) {
         Err(error) if error.kind() != ErrorKind::BrokenPipe => {
-            eprintln!("error: cannot write to standard output: {error}");
+            say!("error: cannot write to standard output: {error}");
             ExitCode::from(RUN_FAILED)
         }
         _ => ExitCode::SUCCESS,

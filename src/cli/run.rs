@@ -67,7 +67,7 @@ fn report(loaded: &Loaded, error: &RunError) -> ExitCode {
         _ => Vec::new(),
     };
     if found.is_empty() {
-        eprintln!("error: {error}");
+        say!("error: {error}");
         return ExitCode::from(match error {
             RunError::Occupied(_) | RunError::NoDirectory(_) | RunError::Gpu(GpuError::NoSuchAdapter { .. }) => {
                 WRONG_USAGE
@@ -101,7 +101,7 @@ impl Watch for Progress {
         if self.quiet {
             return;
         }
-        eprintln!("{steps} steps on {adapter}");
+        say!("{steps} steps on {adapter}");
         self.steps = steps;
         self.began = Some(Instant::now());
         if std::io::stderr().is_terminal() {
@@ -124,7 +124,7 @@ impl Watch for Progress {
             #[allow(clippy::cast_precision_loss)]
             let (done_f, rest) = (done as f64, (self.steps - done) as f64);
             let rate = done_f / elapsed.max(1e-9);
-            eprintln!("{done}/{} steps, {rate:.1} steps/s, {:.0} s left", self.steps, rest / rate);
+            say!("{done}/{} steps, {rate:.1} steps/s, {:.0} s left", self.steps, rest / rate);
         }
     }
 

@@ -47,7 +47,7 @@ pub struct Loaded {
 pub struct Failure {
     /// The texts that the diagnostics point into.
     pub sources: Sources,
-    /// Every error and warning, in the order of the file.
+    /// Every error and warning, in the order of the file; last what it only might lack.
     pub diagnostics: Vec<Diagnostic>,
 }
 
@@ -88,7 +88,11 @@ pub fn load(path: &str, text: &str, overrides: &[String], base_dir: &Path) -> Re
     found.retain(|d| !hidden(d));
     found.extend(syntax);
     found.extend(unplaced);
-    found.sort_by_key(|d| d.labels.first().map_or((usize::MAX, 0), |(span, _)| (span.source, span.start)));
+    found.sort_by_key(|d| {
+        let (source, start, end) = d.labels.first().map_or((usize::MAX, 0, 0), |(s, _)| (s.source, s.start, s.end));
+        // What may be missing anywhere comes after what is wrong somewhere.
+        (end == 0 && !d.is_error(), source, start)
+    });
     match loaded {
         Some((plan, particles)) if !found.iter().any(Diagnostic::is_error) => {
             Ok(Loaded { plan, particles, warnings: found, sources, root })
