@@ -14,6 +14,9 @@ use std::path::{Path, PathBuf};
 
 type Service = ipc_threadsafe::Service;
 
+/// Bytes that a topic needs besides its samples: queues, connections, events, and the rest of the last page.
+const MANAGEMENT: u64 = 1 << 18;
+
 /// Publishes the topics of one run; may move to another thread.
 pub struct Publisher {
     topics: Vec<Topic>,
@@ -167,8 +170,8 @@ fn touch(port: &Port<Service, [Block], Header>, max: usize) -> Result<(), String
 fn check_space(topics: &[(Kind, usize)]) -> Result<(), SinkError> {
     let path = Path::new("/dev/shm");
     let Some(free) = free(path) else { return Ok(()) };
-    let need =
-        topics.iter().map(|(_, max)| (*max as u64).saturating_mul(domain::SAMPLES as u64)).fold(0, u64::saturating_add);
+    let need = |max: usize| (max as u64).saturating_mul(domain::SAMPLES as u64).saturating_add(MANAGEMENT);
+    let need = topics.iter().map(|(_, max)| need(*max)).fold(0, u64::saturating_add);
     if need <= free {
         return Ok(());
     }

@@ -149,6 +149,43 @@ fn outputs_must_write_something() {
 }
 
 #[test]
+fn a_file_without_outputs_is_warned_about_last() {
+    let text = super::GOOD.split("[[output]]").next().expect("what stands before").replace("b1 = 0.1", "b1 = 0.7");
+    let found = lines(&text, &[]);
+    assert!(found.len() == 2 && found[0].contains("Mach"), "{found:#?}");
+    assert!(found[1].contains("there is no [[output]], so a run leaves nothing but its summary"), "{found:#?}");
+}
+
+#[test]
+fn a_share_of_zero_is_warned_about() {
+    let changes = [("record = [\"squirmers\", \"scalars\"]", "record = [\"particles\"]\nfraction = 0")];
+    says(&changes, "47:12", &["warning: `record` asks for particles, but takes none of them"]);
+}
+
+#[test]
+fn names_have_room_in_snapshots() {
+    says(&[("\"puller\"", "\"\"")], "15:8", &["has no letter"]);
+    says(&[("\"puller\"", "\"a-name-that-is-much-longer-than-snapshots-allow\"")], "15:8", &["takes 46 bytes"]);
+}
+
+#[test]
+fn huge_numbers_are_told_briefly() {
+    says(&[("dt = 0.05", "dt = 1e300")], "4:6", &["1e300 is out of range"]);
+    says(&[("steps = 100", "steps = 99999999999999999999")], "3:9", &["at most 9223372036854775807"]);
+}
+
+#[test]
+fn starts_that_cannot_be_made_are_told_at_their_place() {
+    use squirm::state::start::StartError;
+    let loaded = super::good(GOOD);
+    let line = |error: StartError| loaded.cannot_start(&error).plain(&loaded.sources);
+    let crowded = line(StartError::Crowded { count: 2, share: 0.5 });
+    assert!(crowded.starts_with("f.toml:14:1: error: ") && crowded.contains("take fewer"), "{crowded}");
+    let full = line(StartError::NoFluid);
+    assert!(full.starts_with("f.toml:7:8: error: ") && full.contains("make the box larger"), "{full}");
+}
+
+#[test]
 fn buffers_beyond_the_adapter_are_refused() {
     let loaded = super::good(GOOD);
     let bytes = squirm::config::meaning(&loaded).memory;
