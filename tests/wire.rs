@@ -228,3 +228,18 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn positions_are_exact_where_all_are_sent_and_never_rounded_out_of_the_box() {
+    // The last position that a box of 300 has, and one that an f32 cannot hold.
+    let unit = 300.0 / 4_294_967_296.0;
+    let position = [300.0 - unit, 123_456_789.0 * unit, 0.0];
+    let mut all = Particles { population: 1, ..Particles::default() };
+    all.push(position, [1.0; 3], [300.0; 3], true);
+    let read = Particles::decode(&Snapshot::parse(&all.encode(&stamp())).unwrap()).unwrap();
+    assert_eq!((read.place(0), &read), (position, &all));
+    let mut share = Particles { population: 2, ..Particles::default() };
+    share.push(position, [1.0; 3], [300.0; 3], false);
+    assert!(share.rest.is_empty() && share.position[0][0] < 300.0);
+    assert!(share.place(0)[1] != position[1] && (share.place(0)[1] - position[1]).abs() < 3e-5);
+}
