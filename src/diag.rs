@@ -126,7 +126,8 @@ pub fn closest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) ->
     candidates
         .into_iter()
         .map(|c| (strsim::jaro_winkler(&word, &c.to_lowercase()), c))
-        .filter(|(likeness, _)| *likeness > 0.8)
+        // One slip of the finger changes much of a short word.
+        .filter(|(likeness, c)| *likeness > 0.8 || strsim::damerau_levenshtein(&word, &c.to_lowercase()) == 1)
         .max_by(|a, b| a.0.total_cmp(&b.0))
         .map(|(_, c)| c)
 }

@@ -275,7 +275,13 @@ fn particles_survive_the_table_bit_by_bit() {
     let mut rng = ChaCha8Rng::seed_from_u64(9);
     let mut vectors = |scale: f32| (0..50).map(|_| [(); 3].map(|()| scale * rng.random::<f32>())).collect::<Vec<_>>();
     let all: Vec<Particles> = (0..3)
-        .map(|i| Particles { fraction: 1.0, population: 50 + i / 2, position: vectors(300.0), velocity: vectors(1e-7) })
+        .map(|i| Particles {
+            fraction: 1.0,
+            population: 50 + i / 2,
+            position: vectors(300.0),
+            rest: vectors(1e-6),
+            velocity: vectors(1e-7),
+        })
         .collect();
     let mut recorder = Recorder::create(dir.path(), &Provenance::default(), "").unwrap();
     for (seq, particles) in (0..).zip(&all) {
@@ -289,9 +295,11 @@ fn particles_survive_the_table_bit_by_bit() {
         assert_eq!((exported.rows, exported.step, exported.complete()), (50, 20 * index as u64, complete));
         let mut table = csv::Reader::from_path(&out).unwrap();
         assert_eq!(table.headers().unwrap(), vec!["x", "y", "z", "vx", "vy", "vz"]);
-        let rows: Vec<[f32; 6]> = table.deserialize().map(Result::unwrap).collect();
-        let expected = all[index].position.iter().zip(&all[index].velocity);
-        assert!(rows.iter().zip(expected).all(|(r, (p, v))| r[..3] == p[..] && r[3..] == v[..]));
+        let rows: Vec<[f64; 6]> = table.deserialize().map(Result::unwrap).collect();
+        for (i, row) in rows.iter().enumerate() {
+            assert_eq!(row[..3], all[index].place(i));
+            assert_eq!([row[3], row[4], row[5]].map(|v| v as f32), all[index].velocity[i]);
+        }
     }
     let error = particles_csv(&recording, &out, Some(21)).unwrap_err().to_string();
     assert!(error.ends_with("has no snapshot of particles at step 21; the last is at step 40"), "{error}");

@@ -1,11 +1,12 @@
 //! The command line: exit statuses, what is printed where, and that a wrong file starts and writes nothing.
 
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
 
 const GOOD: &str = "[run]\nsteps = 10\ndt = 0.1\n[box]\nsize = [8, 8, 8]\n\
     [[stage]]\nkind = \"stream\"\n[[stage]]\nkind = \"shift-grid\"\n[[stage]]\nkind = \"cell-reduce\"\n\
-    [[stage]]\nkind = \"rotate\"\n[[stage]]\nkind = \"restore-thermostat\"\n";
+    [[stage]]\nkind = \"rotate\"\n[[stage]]\nkind = \"restore-thermostat\"\n\
+    [[output]]\nrecord = [\"scalars\"]\nevery = 5\n";
 
 /// Runs `squirm` in a folder that holds `f.toml`, and checks that it leaves nothing else there.
 fn squirm(file: &str, arguments: &[&str]) -> (i32, String, String) {
@@ -53,6 +54,32 @@ fn a_file_that_cannot_be_read_is_status_two() {
     assert!(code == 2 && err.contains("absent.toml cannot be read"), "{err}");
     let (code, _, err) = squirm(GOOD, &["check", "f.toml", "absent.toml"]);
     assert!(code == 2, "{err}");
+}
+
+#[test]
+fn what_a_run_cannot_start_from_is_status_two_and_writes_nothing() {
+    for (arguments, part) in [
+        (&["--adapter", "nonsense"][..], "no adapter is called or numbered `nonsense`; there are: 0 ("),
+        (&["--adapter", ""], "--adapter"),
+        (&["--out", "f.toml"], "f.toml is a file, not a directory"),
+        (&["--set", "init.from=f.toml"], "f.toml:1: the header is"),
+        (&["--set", "init.from=."], "cannot be read: "),
+    ] {
+        let (code, _, err) = squirm(GOOD, &[&["run", "f.toml"], arguments].concat());
+        assert!(code == 2 && err.contains(part), "{arguments:?}: {code}: {err}");
+    }
+}
+
+#[test]
+fn a_reader_that_has_gone_is_no_failure() {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("f.toml"), GOOD).expect("written");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_squirm"));
+    command.current_dir(folder.path()).args(["run", "f.toml", "--out", "run"]);
+    let mut run = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("it starts");
+    drop((run.stdout.take(), run.stderr.take()));
+    assert!(run.wait().expect("a child").success());
+    assert!(folder.path().join("run/summary.json").exists());
 }
 
 #[test]

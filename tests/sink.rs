@@ -133,8 +133,13 @@ fn the_fluid_has_its_own_file_and_viewers_a_share() {
     let dir = tempfile::tempdir().unwrap();
     let mut recorder = Recorder::create(dir.path(), &provenance(), "").unwrap();
     let n = 250_000;
-    let particles =
-        Particles { fraction: 0.5, population: 500_000, position: vec![[1.0; 3]; n], velocity: vec![[0.5; 3]; n] };
+    let particles = Particles {
+        fraction: 0.5,
+        population: 500_000,
+        position: vec![[1.0; 3]; n],
+        velocity: vec![[0.5; 3]; n],
+        ..Particles::default()
+    };
     let bytes = particles.encode(&stamp(0));
     recorder.write(&bytes).unwrap();
     let files = recorder.finish().unwrap();

@@ -90,7 +90,13 @@ fn fields_keep_their_grid_and_particles_their_population() {
     let wrong = Fields { blocks: [2, 3, 2], ..fields };
     assert!(matches!(Fields::decode(&Snapshot::parse(&wrong.encode(&stamp())).unwrap()), Err(WireError::Malformed(_))));
 
-    let some = Particles { fraction: 0.5, population: 4, position: vec![[1.0; 3]; 2], velocity: vec![[2.0; 3]; 2] };
+    let some = Particles {
+        fraction: 0.5,
+        population: 4,
+        position: vec![[1.0; 3]; 2],
+        velocity: vec![[2.0; 3]; 2],
+        ..Particles::default()
+    };
     let read = Particles::decode(&Snapshot::parse(&some.encode(&stamp())).unwrap()).unwrap();
     assert_eq!((read.complete(), read), (false, some.clone()));
     assert!(Particles { population: 2, ..some }.complete());
@@ -105,8 +111,10 @@ fn lengths_are_known_beforehand() {
         assert_eq!(scalars.encode(&stamp()).len(), Scalars::message_bytes(count));
         let fields = Fields { block: 1, blocks: [n, 1, 1], density: vec![0.0; count], velocity: v.clone() };
         assert_eq!(fields.encode(&stamp()).len(), Fields::message_bytes(count));
-        let particles = Particles { position: v.clone(), velocity: v, ..Particles::default() };
-        assert_eq!(particles.encode(&stamp()).len(), Particles::message_bytes(count));
+        let mut particles = Particles { position: v.clone(), velocity: v.clone(), ..Particles::default() };
+        assert_eq!(particles.encode(&stamp()).len(), Particles::message_bytes(count, false));
+        particles.rest = v;
+        assert_eq!(particles.encode(&stamp()).len(), Particles::message_bytes(count, count > 0));
     }
 }
 
@@ -219,4 +227,19 @@ proptest! {
             let _ = (Squirmers::decode(&snapshot), Scalars::decode(&snapshot), Fields::decode(&snapshot), Particles::decode(&snapshot));
         }
     }
+}
+
+#[test]
+fn positions_are_exact_where_all_are_sent_and_never_rounded_out_of_the_box() {
+    // The last position that a box of 300 has, and one that an f32 cannot hold.
+    let unit = 300.0 / 4_294_967_296.0;
+    let position = [300.0 - unit, 123_456_789.0 * unit, 0.0];
+    let mut all = Particles { population: 1, ..Particles::default() };
+    all.push(position, [1.0; 3], [300.0; 3], true);
+    let read = Particles::decode(&Snapshot::parse(&all.encode(&stamp())).unwrap()).unwrap();
+    assert_eq!((read.place(0), &read), (position, &all));
+    let mut share = Particles { population: 2, ..Particles::default() };
+    share.push(position, [1.0; 3], [300.0; 3], false);
+    assert!(share.rest.is_empty() && share.position[0][0] < 300.0);
+    assert!(share.place(0)[1] != position[1] && (share.place(0)[1] - position[1]).abs() < 3e-5);
 }

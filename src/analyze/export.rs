@@ -1,7 +1,7 @@
 //! Recorded snapshots as tables for other programs, and for starting a new run from them.
 
 use super::{AnalyzeError, Recording, Source};
-use crate::wire::{Kind, Particles, Snapshot, Squirmers};
+use crate::wire::{Kind, Particles, Scalars, Snapshot, Squirmers, WireError};
 use std::io::{BufWriter, Write};
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -28,7 +28,8 @@ impl Exported {
 }
 
 /// Writes the fluid particles of the last snapshot, or of that at step `at`, as `x,y,z,vx,vy,vz` into `out`: each number in
-/// the shortest form that reads back as the same f32. `recording` may be `run.mcap`; the fluid is looked for beside it.
+/// the shortest form that reads back as the same number, so that a complete table is the very state, and a run can start from it.
+/// `recording` may be `run.mcap`; the fluid is looked for beside it.
 ///
 /// # Errors
 /// If the recording cannot be read or has no such snapshot, or `out` cannot be written.
@@ -38,10 +39,10 @@ pub fn particles_csv(recording: &Path, out: &Path, at: Option<u64>) -> Result<Ex
     let path = if fluid { &beside } else { recording };
     let write = |snapshot: &Snapshot<'_>, file: &mut dyn Write| {
         let particles = Particles::decode(snapshot)?;
-        let rows = particles.position.iter().zip(&particles.velocity);
         let text = |r: std::io::Result<()>| r.map_err(AnalyzeError::io(out));
         text(writeln!(file, "x,y,z,vx,vy,vz"))?;
-        for ([x, y, z], [vx, vy, vz]) in rows {
+        for (i, [vx, vy, vz]) in particles.velocity.iter().enumerate() {
+            let [x, y, z] = particles.place(i);
             text(writeln!(file, "{x},{y},{z},{vx},{vy},{vz}"))?;
         }
         Ok(())
@@ -68,6 +69,41 @@ pub fn squirmers_csv(recording: &Path, out: &Path, at: Option<u64>) -> Result<Ex
         table.flush().map_err(AnalyzeError::io(out))
     };
     export(recording, Kind::Squirmers, out, at, write)
+}
+
+/// Writes the scalars of every snapshot, or of that at step `at`, into `out`, one row each; columns are named as in `temperature [kT]`.
+///
+/// # Errors
+/// If the recording cannot be read or has no such snapshot, or `out` cannot be written.
+pub fn scalars_csv(recording: &Path, out: &Path, at: Option<u64>) -> Result<Exported, AnalyzeError> {
+    let (mut rows, mut columns, mut seen) = (Vec::new(), Vec::new(), None);
+    let ending = Recording::new(recording).drive(&[Kind::Scalars], &mut |snapshot| {
+        let header = &snapshot.header;
+        seen = Some(header.step);
+        if at.is_none_or(|at| at == header.step) {
+            let scalars = Scalars::decode(snapshot)?.list;
+            let named = |s: &crate::wire::Scalar| format!("{} [{}]", s.name, s.unit).replace(" []", "");
+            let names: Vec<String> = scalars.iter().map(named).collect();
+            if !rows.is_empty() && names != columns {
+                return Err(WireError::Malformed("the scalars changed during the run".into()).into());
+            }
+            columns = names;
+            let first = [header.step.to_string(), header.time.to_string()];
+            rows.push(first.into_iter().chain(scalars.iter().map(|s| s.value.to_string())).collect::<Vec<_>>());
+        }
+        Ok(ControlFlow::Continue(()))
+    })?;
+    let step = seen.filter(|_| !rows.is_empty()).ok_or_else(|| absent(recording, Kind::Scalars, at, seen))?;
+    let write = || {
+        let mut table = csv::Writer::from_path(out)?;
+        table.write_record(["step", "time [tau]"].into_iter().chain(columns.iter().map(String::as_str)))?;
+        rows.iter().try_for_each(|row| table.write_record(row))?;
+        table.flush()?;
+        Ok(())
+    };
+    write().map_err(|e: csv::Error| AnalyzeError::io(out)(std::io::Error::other(e)))?;
+    let count = rows.len() as u64;
+    Ok(Exported { rows: count, population: count, step: at.unwrap_or(step), warnings: ending.warnings })
 }
 
 /// Finds the snapshot and hands it to `write` together with the new file.

@@ -9,10 +9,8 @@ use std::process::ExitCode;
 pub fn adapters() -> ExitCode {
     let found = find();
     if found.is_empty() {
-        eprintln!(
-            "error: this machine has no Vulkan, Metal or DX12 adapter, not even a driver that computes on the CPU"
-        );
-        eprintln!("help: install the driver of your GPU, or Mesa's lavapipe (Debian: apt install mesa-vulkan-drivers)");
+        say!("error: this machine has no Vulkan, Metal or DX12 adapter, not even a driver that computes on the CPU");
+        say!("help: install the driver of your GPU, or Mesa's lavapipe (Debian: apt install mesa-vulkan-drivers)");
         return ExitCode::from(RUN_FAILED);
     }
     let mut text = String::new();

@@ -32,7 +32,7 @@ pub fn graph(file: &Path, format: Format, overrides: &[String]) -> ExitCode {
             Format::Mermaid => draw::mermaid(&kernels),
         }),
         Err(error) => {
-            eprintln!("error: a shader is not valid: {error}");
+            say!("error: a shader is not valid: {error}");
             ExitCode::from(RUN_FAILED)
         }
     }

@@ -1,11 +1,20 @@
 //! The command line: what it accepts, and where each subcommand goes.
 
+/// Writes a line to standard error. A reader that has gone, as after `2>&1 | head`, must not end a run.
+macro_rules! say {
+    ($($text:tt)*) => {{
+        use std::io::Write as _;
+        let _ = writeln!(std::io::stderr(), $($text)*);
+    }};
+}
+
 mod adapters;
 mod check;
 mod export;
 mod graph;
 mod render;
 mod run;
+mod signals;
 mod stages;
 
 use clap::{CommandFactory, Parser, Subcommand};
@@ -24,7 +33,8 @@ const WRONG_USAGE: u8 = 2;
 #[derive(Debug, Parser)]
 #[command(
     version,
-    after_help = "Exit status: 0 success, 1 the run failed, 2 the command line or a pipeline file is wrong."
+    after_help = "Exit status: 0 success, 1 the run failed, 2 the command line or a pipeline file is wrong, \
+                  130 or 143 the run was stopped by Ctrl-C or a termination signal: what it wrote is complete."
 )]
 struct Cli {
     #[command(subcommand)]
@@ -102,7 +112,7 @@ fn print(text: &str) -> ExitCode {
     use std::io::{ErrorKind, Write};
     match std::io::stdout().lock().write_all(text.as_bytes()) {
         Err(error) if error.kind() != ErrorKind::BrokenPipe => {
-            eprintln!("error: cannot write to standard output: {error}");
+            say!("error: cannot write to standard output: {error}");
             ExitCode::from(RUN_FAILED)
         }
         _ => ExitCode::SUCCESS,

@@ -11,14 +11,14 @@ pub fn all(diagnostics: &[Diagnostic], sources: &Sources) {
     for diagnostic in diagnostics {
         let mut text = String::new();
         match handler.render_report(&mut text, &Report::new(diagnostic, sources)) {
-            Ok(()) => eprintln!("{}\n", text.trim_end()),
-            Err(_) => eprintln!("{}\n", diagnostic.plain(sources)),
+            Ok(()) => say!("{}\n", text.trim_end()),
+            Err(_) => say!("{}\n", diagnostic.plain(sources)),
         }
     }
     let errors = diagnostics.iter().filter(|d| d.is_error()).count();
     if errors > 0 {
         let warnings = diagnostics.len() - errors;
-        eprintln!("{}, {}: nothing was started, nothing written", count(errors, "error"), count(warnings, "warning"));
+        say!("{}, {}: nothing was started, nothing written", count(errors, "error"), count(warnings, "warning"));
     }
 }
 

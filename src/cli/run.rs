@@ -2,12 +2,13 @@
 
 use super::{Overrides, RUN_FAILED, WRONG_USAGE, load, print, render};
 use squirm::config::Loaded;
-use squirm::diag::Diagnostic;
 use squirm::gpu::GpuError;
 use squirm::sim::{Options, RunError, Watch};
 use std::io::IsTerminal;
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 /// Arguments of `squirm run`.
@@ -21,7 +22,7 @@ pub struct Args {
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// GPU to use: part of its name, or its number in `squirm adapters`.
-    #[arg(long, value_name = "NAME|INDEX")]
+    #[arg(long, value_name = "NAME|INDEX", value_parser = clap::builder::NonEmptyStringValueParser::new())]
     adapter: Option<String>,
     /// Print only errors.
     #[arg(long)]
@@ -40,12 +41,15 @@ pub fn run(args: &Args) -> ExitCode {
     let out = args.out.clone().unwrap_or_else(|| free_directory(&loaded.plan.name));
     let options =
         Options { out, adapter: args.adapter.clone(), command: std::env::args().collect::<Vec<_>>().join(" ") };
-    let mut watch: Box<dyn Watch> = if args.quiet { Box::new(Silent) } else { Box::new(Progress::default()) };
-    match squirm::sim::run(&loaded.plan, &options, watch.as_mut()) {
+    let signal = super::signals::first();
+    let mut watch = Progress::default();
+    (watch.quiet, watch.signal) = (args.quiet, signal.clone());
+    match squirm::sim::run(&loaded.plan, &options, &mut watch) {
         Ok(summary) => {
             drop(watch);
             let written = format!("{summary}\n  in {}\n", options.out.display());
-            if args.quiet { ExitCode::SUCCESS } else { print(&written) }
+            let status = if args.quiet { ExitCode::SUCCESS } else { print(&written) };
+            if summary.stopped { super::signals::status(&signal) } else { status }
         }
         Err(error) => {
             drop(watch);
@@ -58,15 +62,18 @@ pub fn run(args: &Args) -> ExitCode {
 fn report(loaded: &Loaded, error: &RunError) -> ExitCode {
     let found = match error {
         RunError::Gpu(GpuError::TooLarge { limit, adapter, .. }) => loaded.exceeds(adapter, *limit),
-        RunError::Gpu(GpuError::OutOfMemory { .. }) => {
-            let help = "take a smaller box or a lower density, or another adapter (`squirm adapters` lists them)";
-            vec![Diagnostic::error(error.to_string()).at(loaded.size_span, "size of the box").help(help)]
-        }
+        RunError::Gpu(GpuError::OutOfMemory { .. }) => vec![loaded.too_large(error.to_string())],
+        RunError::Start(error) => vec![loaded.cannot_start(error)],
         _ => Vec::new(),
     };
     if found.is_empty() {
-        eprintln!("error: {error}");
-        return ExitCode::from(RUN_FAILED);
+        say!("error: {error}");
+        return ExitCode::from(match error {
+            RunError::Occupied(_) | RunError::NoDirectory(_) | RunError::Gpu(GpuError::NoSuchAdapter { .. }) => {
+                WRONG_USAGE
+            }
+            _ => RUN_FAILED,
+        });
     }
     render::all(&found, &loaded.sources);
     ExitCode::from(WRONG_USAGE)
@@ -78,16 +85,11 @@ fn free_directory(name: &str) -> PathBuf {
     (1..).map(numbered).find(|dir| !dir.exists()).unwrap_or_else(|| numbered(1))
 }
 
-struct Silent;
-
-impl Watch for Silent {
-    fn begin(&mut self, _: &str, _: u64) {}
-    fn progress(&mut self, _: u64) {}
-}
-
 /// A bar on a terminal, a line every ten seconds elsewhere.
 #[derive(Default)]
 struct Progress {
+    quiet: bool,
+    signal: Arc<AtomicUsize>,
     bar: Option<indicatif::ProgressBar>,
     steps: u64,
     began: Option<Instant>,
@@ -96,7 +98,10 @@ struct Progress {
 
 impl Watch for Progress {
     fn begin(&mut self, adapter: &str, steps: u64) {
-        eprintln!("{steps} steps on {adapter}");
+        if self.quiet {
+            return;
+        }
+        say!("{steps} steps on {adapter}");
         self.steps = steps;
         self.began = Some(Instant::now());
         if std::io::stderr().is_terminal() {
@@ -119,8 +124,12 @@ impl Watch for Progress {
             #[allow(clippy::cast_precision_loss)]
             let (done_f, rest) = (done as f64, (self.steps - done) as f64);
             let rate = done_f / elapsed.max(1e-9);
-            eprintln!("{done}/{} steps, {rate:.1} steps/s, {:.0} s left", self.steps, rest / rate);
+            say!("{done}/{} steps, {rate:.1} steps/s, {:.0} s left", self.steps, rest / rate);
         }
+    }
+
+    fn stop(&self) -> bool {
+        self.signal.load(Ordering::Relaxed) != 0
     }
 }
 

@@ -3,7 +3,6 @@
 use super::list::Listed;
 use super::node::Node;
 use crate::diag::Diagnostic;
-use crate::graph::Output;
 use crate::graph::bins;
 use crate::graph::sizes::contact_range;
 use crate::math::steric::SAFETY;
@@ -21,6 +20,9 @@ const MAX_MACH: f64 = 0.2;
 /// Largest volume fraction of bodies that a start without overlap can reach.
 const MAX_FRACTION: f64 = 0.6;
 
+/// Bytes of a species' name in a snapshot.
+const LONGEST_NAME: usize = 32;
+
 /// Largest rows of poses reported one by one.
 const SHOWN: usize = 5;
 
@@ -30,6 +32,7 @@ pub fn system(system: &System, root: &Node, found: &mut Vec<Diagnostic>) {
     walls(system, root, found);
     for (index, species) in system.species.iter().enumerate() {
         let at = Place { root, index: index.to_string() };
+        named(species, &at, found);
         fits(species, system, &at, found);
         slip(species, system, &at, found);
         poses(species, system, &at, found);
@@ -83,9 +86,11 @@ fn run(system: &System, root: &Node, found: &mut Vec<Diagnostic>) {
     }
     if system.fluid.density == 0.0 {
         found.push(
-            Diagnostic::warning("there is no fluid particle, and a squirmer has the mass of one")
-                .at(root.place(&["fluid", "density"]), "no fluid")
-                .help("5 to 50 particles per cell are usual"),
+            Diagnostic::warning(
+                "there is no fluid particle: nothing flows, and a squirmer has the mass of one particle",
+            )
+            .at(root.place(&["fluid", "density"]), "no fluid")
+            .help("5 to 50 particles per cell are usual"),
         );
     }
     if system.particle_count() > u64::from(u32::MAX) {
@@ -137,6 +142,19 @@ fn too_fast(mach: f64, what: &str, place: crate::diag::Span, found: &mut Vec<Dia
             ))
             .at(place, "fast")
             .help(format!("stay below Mach {MAX_MACH}")),
+        );
+    }
+}
+
+/// The name goes into tables, and into snapshots with room for so many bytes.
+fn named(species: &Species, at: &Place<'_>, found: &mut Vec<Diagnostic>) {
+    let length = species.name.len();
+    if length == 0 || length > LONGEST_NAME {
+        let what = if length == 0 { "has no letter".to_owned() } else { format!("takes {length} bytes") };
+        found.push(
+            Diagnostic::error(format!("the name of this species {what}"))
+                .at(at.of(&["name"]), "this name")
+                .help(format!("give it a name of 1 to {LONGEST_NAME} letters")),
         );
     }
 }
@@ -425,37 +443,5 @@ fn heating(system: &System, stages: &[Listed], root: &Node, found: &mut Vec<Diag
                 .at(last, "angular momentum is lost")
                 .help("add `restore-thermostat` with angular_momentum = true after rotate"),
         );
-    }
-}
-
-/// Checks the outputs.
-pub fn outputs(outputs: &[Output], system: &System, root: &Node, found: &mut Vec<Diagnostic>) {
-    for (index, output) in outputs.iter().enumerate() {
-        let index = index.to_string();
-        let at = |key: &str| root.place(&["output", &index, key]);
-        let lists = [("publish", &output.publish), ("record", &output.record), ("csv", &output.csv)];
-        if lists.iter().all(|(_, words)| words.is_empty()) {
-            found.push(
-                Diagnostic::warning("this output names nothing, so it writes nothing")
-                    .at(root.place(&["output", &index]), "empty")
-                    .help("add record = [\"squirmers\", \"scalars\"], or publish or csv"),
-            );
-        }
-        for (key, words) in lists {
-            if system.species.is_empty() && words.iter().any(|w| w == "squirmers") {
-                found.push(
-                    Diagnostic::warning(format!("`{key}` asks for squirmers, but there are none"))
-                        .at(at(key), "nothing to write")
-                        .help("remove \"squirmers\", or add a [[squirmers]]"),
-                );
-            }
-        }
-        if output.every > system.run.steps {
-            found.push(
-                Diagnostic::warning(format!("the run ends after {} steps, before the first output", system.run.steps))
-                    .at(at("every"), format!("every {} steps", output.every))
-                    .help("write more often, or run longer"),
-            );
-        }
     }
 }

@@ -6,6 +6,7 @@ use crate::graph::{self, Output, Plan, bins, memory, sizes};
 use crate::math::mobility::Friction;
 use crate::math::transport::{Rule, Transport};
 use crate::params::Value;
+use crate::wire::Kind;
 use crate::wire::domain::SAMPLES;
 use std::fmt;
 
@@ -149,14 +150,20 @@ fn species(plan: &Plan, index: usize, transport: Option<Transport>) -> SpeciesMe
     }
 }
 
+/// Particles in a snapshot.
+#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, clippy::cast_precision_loss)]
+fn taken(output: &Output, particles: u64) -> u64 {
+    (particles as f64 * output.fraction).ceil() as u64
+}
+
 /// Bytes of one message of a topic.
 fn message(plan: &Plan, output: &Output, topic: &str, particles: u64) -> u64 {
     let rows = match topic {
         "squirmers" => u64::from(plan.system.squirmer_count()) * 120,
         "scalars" => 2048,
         "fields" => plan.system.domain.size.iter().map(|n| u64::from(n.div_ceil(output.block))).product::<u64>() * 16,
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, clippy::cast_precision_loss)]
-        _ => (particles as f64 * output.fraction).ceil() as u64 * 24,
+        // Where all are sent, the positions come in full.
+        _ => taken(output, particles) * if output.fraction < 1.0 { 24 } else { 36 },
     };
     MESSAGE_HEAD + rows
 }
@@ -165,15 +172,21 @@ fn message(plan: &Plan, output: &Output, topic: &str, particles: u64) -> u64 {
 fn snapshots(plan: &Plan, particles: u64) -> Vec<(&'static str, u64)> {
     let bytes = |topic: &str| {
         let asked = |o: &&Output| [&o.publish, &o.record].iter().any(|words| words.iter().any(|w| w == topic));
-        let of = |o: &Output| message(plan, o, topic, particles) - MESSAGE_HEAD;
+        let of = |o: &Output| match topic {
+            "particles" => taken(o, particles) * 24,
+            _ => message(plan, o, topic, particles) - MESSAGE_HEAD,
+        };
         plan.outputs.iter().filter(asked).map(of).sum::<u64>()
     };
     [("fields", bytes("fields")), ("samples", bytes("particles"))].into_iter().filter(|(_, n)| *n > 0).collect()
 }
 
 fn shared(plan: &Plan, particles: u64) -> u64 {
-    let topics = plan.outputs.iter().flat_map(|o| o.publish.iter().map(move |t| message(plan, o, t, particles)));
-    topics.sum::<u64>() * SAMPLES as u64
+    let longest = |topic: &str| {
+        let publish = plan.outputs.iter().filter(|o| o.publish.iter().any(|t| t == topic));
+        publish.map(|o| message(plan, o, topic, particles)).max().unwrap_or(0)
+    };
+    Kind::ALL.iter().map(|kind| longest(kind.topic())).sum::<u64>() * SAMPLES as u64
 }
 
 #[allow(clippy::cast_precision_loss)]

@@ -1,9 +1,11 @@
 //! From a pipeline file to a validated plan: every finding collected, each with its place, and nothing started or written.
 
 mod check;
+mod late;
 mod list;
 mod meaning;
 mod node;
+mod outputs;
 mod overrides;
 mod read;
 mod resolve;
@@ -37,26 +39,7 @@ pub struct Loaded {
     pub warnings: Vec<Diagnostic>,
     /// The texts that the warnings point into.
     pub sources: Sources,
-    /// Where the size of the box stands.
-    pub size_span: Span,
-}
-
-impl Loaded {
-    /// An error for each buffer that is larger than what a kernel can bind on this adapter.
-    #[must_use]
-    pub fn exceeds(&self, adapter: &str, largest_binding: u64) -> Vec<Diagnostic> {
-        let large = meaning(self).memory.into_iter().filter(|(_, bytes)| *bytes > largest_binding);
-        let error = |(name, bytes): (&str, u64)| {
-            Diagnostic::error(format!(
-                "`{name}` takes {}, but a kernel on {adapter} can bind {} at most",
-                meaning::bytes(bytes),
-                meaning::bytes(largest_binding)
-            ))
-            .at(self.size_span, "size of the box")
-            .help("take a smaller box or a lower density, or another adapter (`squirm adapters` lists them)")
-        };
-        large.map(error).collect()
-    }
+    root: Node,
 }
 
 /// A pipeline file with at least one error.
@@ -64,7 +47,7 @@ impl Loaded {
 pub struct Failure {
     /// The texts that the diagnostics point into.
     pub sources: Sources,
-    /// Every error and warning, in the order of the file.
+    /// Every error and warning, in the order of the file; last what it only might lack.
     pub diagnostics: Vec<Diagnostic>,
 }
 
@@ -97,7 +80,7 @@ pub fn load(path: &str, text: &str, overrides: &[String], base_dir: &Path) -> Re
         check::system(system, &root, &mut found);
         check::together(system, &parsed.stages, &root, &mut found);
         if let Some(outputs) = &parsed.outputs {
-            check::outputs(outputs, system, &root, &mut found);
+            outputs::check(outputs, system, &root, &mut found);
         }
         loaded = plan(path, system, &parsed.stages, parsed.outputs).zip(particles);
     }
@@ -105,10 +88,14 @@ pub fn load(path: &str, text: &str, overrides: &[String], base_dir: &Path) -> Re
     found.retain(|d| !hidden(d));
     found.extend(syntax);
     found.extend(unplaced);
-    found.sort_by_key(|d| d.labels.first().map_or((usize::MAX, 0), |(span, _)| (span.source, span.start)));
+    found.sort_by_key(|d| {
+        let (source, start, end) = d.labels.first().map_or((usize::MAX, 0, 0), |(s, _)| (s.source, s.start, s.end));
+        // What may be missing anywhere comes after what is wrong somewhere.
+        (end == 0 && !d.is_error(), source, start)
+    });
     match loaded {
         Some((plan, particles)) if !found.iter().any(Diagnostic::is_error) => {
-            Ok(Loaded { plan, particles, warnings: found, sources, size_span: root.place(&["box", "size"]) })
+            Ok(Loaded { plan, particles, warnings: found, sources, root })
         }
         _ => Err(Failure { sources, diagnostics: found }),
     }

@@ -119,7 +119,7 @@ impl Reader {
             let what = if number.is_nan() { "not a number" } else { "infinite" };
             return self.refuse(node, field, format!("`{}` is {what}: no simulation can run on it", field.name));
         }
-        if (min..=max).contains(&number) { Some(number) } else { self.out_of_range(node, field, &number.to_string()) }
+        if (min..=max).contains(&number) { Some(number) } else { self.out_of_range(node, field, &plain(number)) }
     }
 
     #[allow(clippy::cast_possible_truncation, clippy::cast_precision_loss)]
@@ -127,7 +127,11 @@ impl Reader {
         match node.item {
             Item::Integer(Some(i)) if (min..=max).contains(&i) => Some(i),
             Item::Integer(Some(i)) => self.out_of_range(node, field, &i.to_string()),
-            Item::Integer(None) => self.out_of_range(node, field, "this"),
+            Item::Integer(None) => {
+                let message =
+                    format!("`{}` must be a whole number of at most {}, but this is beyond it", field.name, max);
+                self.refuse(node, field, message)
+            }
             Item::Float(x) if x.fract() == 0.0 && x.abs() < 1e15 => {
                 let message = format!("`{}` must be written as a whole number", field.name);
                 let diagnostic = Diagnostic::error(message).at(node.span, "has a point or an exponent");
@@ -187,6 +191,11 @@ impl Reader {
 fn all<T>(values: impl Iterator<Item = Option<T>>) -> Option<Vec<T>> {
     let values: Vec<Option<T>> = values.collect();
     values.into_iter().collect()
+}
+
+/// A number as people write it.
+fn plain(number: f64) -> String {
+    if (1e-6..1e12).contains(&number.abs()) || number == 0.0 { number.to_string() } else { format!("{number:e}") }
 }
 
 fn noun(kind: Kind) -> String {

@@ -26,7 +26,21 @@ pub fn rows(system: &System, root: &Node, found: &mut Vec<Diagnostic>) -> Option
             return None;
         }
     };
-    let header = reader.headers().map(|h| h.iter().map(str::to_owned).collect::<Vec<_>>()).unwrap_or_default();
+    let header = match reader.headers() {
+        Ok(header) => header.iter().map(str::to_owned).collect::<Vec<_>>(),
+        Err(error) => {
+            let reason = match error.kind() {
+                csv::ErrorKind::Io(e) => e.to_string(),
+                _ => "it is no UTF-8 text".into(),
+            };
+            found.push(
+                Diagnostic::error(format!("the start `{path}` cannot be read: {reason}"))
+                    .at(span, "named here")
+                    .help(format!("give the path of a CSV file that begins with `{columns}`")),
+            );
+            return None;
+        }
+    };
     if header != COLUMNS {
         found.push(
             Diagnostic::error(format!("{path}:1: the header is `{}`, but must be `{columns}`", header.join(",")))

@@ -3,8 +3,8 @@
 use super::kernels::Kernel;
 use std::fmt::Write;
 
-/// Settings that every kernel may bind; drawings leave them out.
-const BACKGROUND: [&str; 3] = ["system", "settings", "species"];
+/// Settings that every kernel may bind, and the flags that every kernel may raise; drawings leave them out.
+const BACKGROUND: [&str; 4] = ["system", "settings", "species", "faults"];
 
 /// Buffers a kernel uses that a drawing shows, with how: `r`, `w`, or `+` for both.
 fn shown(kernel: &Kernel) -> impl Iterator<Item = (&str, char)> {
@@ -29,7 +29,7 @@ fn columns(kernels: &[Kernel]) -> Vec<&str> {
     names
 }
 
-/// A table for the terminal: a row for each kernel, a column for each buffer, named below by slanting lines.
+/// A table for the terminal: a row for each kernel, a column for each buffer, named above it.
 #[must_use]
 pub fn terminal(kernels: &[Kernel]) -> String {
     let names = columns(kernels);
@@ -104,16 +104,16 @@ pub fn dot(name: &str, kernels: &[Kernel]) -> String {
         let _ = writeln!(text, "  \"{buffer}\" [shape=ellipse];");
     }
     for pair in stages.windows(2) {
-        let _ = writeln!(text, "  \"stage {}\" -> \"stage {}\" [style=bold];", pair[0].kind, pair[1].kind);
+        let _ = writeln!(text, "  \"stage {}\" -> \"stage {}\" [style=bold, weight=8];", pair[0].kind, pair[1].kind);
     }
     for Node { kind, uses, .. } in &stages {
         for (buffer, read, write) in uses {
-            if *read {
-                let _ = writeln!(text, "  \"{buffer}\" -> \"stage {kind}\";");
-            }
-            if *write {
-                let _ = writeln!(text, "  \"stage {kind}\" -> \"{buffer}\";");
-            }
+            // One line with two heads is easier to follow than two lines.
+            let _ = match (read, write) {
+                (true, true) => writeln!(text, "  \"stage {kind}\" -> \"{buffer}\" [dir=both];"),
+                (true, false) => writeln!(text, "  \"{buffer}\" -> \"stage {kind}\";"),
+                _ => writeln!(text, "  \"stage {kind}\" -> \"{buffer}\";"),
+            };
         }
     }
     text.push_str("}\n");
@@ -138,12 +138,11 @@ pub fn mermaid(kernels: &[Kernel]) -> String {
     for (i, Node { uses, .. }) in stages.iter().enumerate() {
         for (buffer, read, write) in uses {
             let b = buffers.iter().position(|n| n == buffer).expect("columns holds every shown buffer");
-            if *read {
-                let _ = writeln!(text, "  b{b} --> s{i}");
-            }
-            if *write {
-                let _ = writeln!(text, "  s{i} --> b{b}");
-            }
+            let _ = match (read, write) {
+                (true, true) => writeln!(text, "  s{i} <--> b{b}"),
+                (true, false) => writeln!(text, "  b{b} --> s{i}"),
+                _ => writeln!(text, "  s{i} --> b{b}"),
+            };
         }
     }
     text
@@ -184,14 +183,12 @@ sum    take (after apply)  r ·
     fn graphs_have_both_kinds_of_nodes_and_directed_edges() {
         let text = dot("a \"run\"", &kernels());
         assert!(text.starts_with("digraph \"a _run_\" {"), "{text}");
-        assert!(
-            text.contains("\"stage sum\" -> \"moments\";") && text.contains("\"moments\" -> \"stage sum\";"),
-            "{text}"
-        );
+        assert!(text.contains("\"stage sum\" -> \"moments\" [dir=both];"), "{text}");
+        assert!(text.contains("\"positions\" -> \"stage sum\";"), "{text}");
         assert!(text.contains("\"moments\" -> \"stage apply\";") && !text.contains("\"stage apply\" -> \"moments\";"));
         assert!(!text.contains("system"));
         let text = mermaid(&kernels());
-        assert!(text.contains("s0 ==> s1") && text.contains("b0 --> s1") && text.contains("b1 --> s0"), "{text}");
+        assert!(text.contains("s0 ==> s1") && text.contains("b0 --> s1") && text.contains("s0 <--> b0"), "{text}");
         assert!(!text.contains("s1 --> b0"), "{text}");
     }
 }

@@ -166,10 +166,10 @@ impl Frame {
     #[must_use]
     pub fn particles_message(&self, system: &System, fraction: f64, samples: u64, population: u64) -> Particles {
         let mut out = Particles { fraction, population, ..Particles::default() };
+        let lengths = system.domain.size.map(f64::from);
         for p in self.samples.chunks_exact(6).take(usize::try_from(samples).expect("samples fit in memory")) {
             let position = packed::unpack_position(&system.domain, [p[0], p[1], p[2]]);
-            out.position.push(position.as_vec3().to_array());
-            out.velocity.push([p[3], p[4], p[5]].map(f32::from_bits));
+            out.push(position.to_array(), [p[3], p[4], p[5]].map(f32::from_bits), lengths, samples == population);
         }
         out
     }

@@ -43,7 +43,7 @@ pub enum RunError {
     #[error(transparent)]
     Sink(#[from] SinkError),
     /// A file or directory.
-    #[error("cannot {what} {path}: {source}")]
+    #[error("cannot {what} {}: {source}", path.display())]
     File {
         /// What was to be done.
         what: &'static str,
@@ -53,8 +53,11 @@ pub enum RunError {
         source: std::io::Error,
     },
     /// The output directory holds a run already.
-    #[error("{0} holds a run already: name another directory with --out, or remove it")]
+    #[error("{} holds a run already: name another directory with --out, or remove it", .0.display())]
     Occupied(PathBuf),
+    /// What was named as the output directory is no directory.
+    #[error("{} is a file, not a directory: name another directory with --out", .0.display())]
+    NoDirectory(PathBuf),
     /// A kernel found that a sum left its range, or a velocity that is not a number.
     #[error("step {step}: {what}; the run was stopped, the recording up to here is complete")]
     Fault {
@@ -71,13 +74,18 @@ pub trait Watch {
     fn begin(&mut self, adapter: &str, steps: u64);
     /// So many steps are done.
     fn progress(&mut self, done: u64);
+    /// Whether the run is to end before its last step, with everything that it has written complete.
+    fn stop(&self) -> bool {
+        false
+    }
 }
 
-/// Runs a plan from its start to its last step.
+/// Runs a plan from its start to its last step, or until [`Watch::stop`].
 ///
 /// # Errors
 /// If it cannot start, or had to stop; what was recorded until then stays readable.
 pub fn run(plan: &Plan, options: &Options, watch: &mut dyn Watch) -> Result<Summary, RunError> {
+    outputs::check_directory(&options.out)?;
     let gpu = Gpu::open(options.adapter.as_deref())?;
     let state = crate::state::start::start(&plan.system)?;
     let session = Session::new(&gpu, plan, &state)?;
@@ -134,16 +142,18 @@ impl<'a> Loop<'a> {
 
     fn turn(&mut self, watch: &mut dyn Watch) -> Result<(), RunError> {
         let last = self.plan.system.run.steps;
-        self.sample(0)?;
+        let mut ended = last == 0;
+        self.sample(0, ended)?;
         let mut ahead = VecDeque::new();
         let mut batch = 1;
         self.began = Instant::now();
-        while self.session.step() < last {
+        while !ended {
             let step = self.session.step();
             let due = self.outputs.next_due(step).min(step - step % self.every + self.every).min(last);
             let steps = batch.min(due - step);
             ahead.push_back((self.session.advance(steps, true), steps, Instant::now()));
-            self.sample(self.session.step())?;
+            ended = self.session.step() == last || watch.stop();
+            self.sample(self.session.step(), ended)?;
             if ahead.len() > AHEAD {
                 let (submission, steps, _) = ahead.pop_front().expect("not empty");
                 let before = Instant::now();
@@ -157,19 +167,19 @@ impl<'a> Loop<'a> {
             self.collect(false)?;
         }
         self.session.wait()?;
-        self.speed.finish(last, self.began.elapsed());
+        let done = self.session.step();
+        self.speed.finish(done, self.began.elapsed());
         for (submission, _, _) in &ahead {
             if let Some(times) = self.session.times(submission) {
                 self.speed.add(&times);
             }
         }
-        watch.progress(last);
+        watch.progress(done);
         self.collect(true)
     }
 
-    /// Takes what is due after `step` steps, for the books and for the outputs.
-    fn sample(&mut self, step: u64) -> Result<(), RunError> {
-        let last = step == self.plan.system.run.steps;
+    /// Takes what is due after `step` steps, for the books and for the outputs; the last sample is always a full one.
+    fn sample(&mut self, step: u64, last: bool) -> Result<(), RunError> {
         if step.is_multiple_of(self.every) || last {
             let fluid = last || step.is_multiple_of(self.every * FLUID);
             let measurement = if fluid { &self.full } else { &self.light };

@@ -77,26 +77,44 @@ fn file(what: &'static str, path: &Path) -> impl FnOnce(std::io::Error) -> RunEr
     move |source| RunError::File { what, path, source }
 }
 
+/// Files that make a directory a run's.
+const FILES: [&str; 6] =
+    ["run.mcap", "run.fluid.mcap", "summary.json", "pipeline.toml", "scalars.csv", "squirmers.csv"];
+
+/// Whether a run may write into `dir`; nothing is made yet.
+///
+/// # Errors
+/// If it holds a run, or is no directory.
+pub fn check_directory(dir: &Path) -> Result<(), RunError> {
+    if FILES.iter().any(|name| dir.join(name).exists()) {
+        return Err(RunError::Occupied(dir.into()));
+    }
+    match dir.ancestors().find(|d| d.exists()) {
+        Some(there) if !there.is_dir() => Err(RunError::NoDirectory(there.into())),
+        _ => Ok(()),
+    }
+}
+
 impl Outputs {
-    /// Prepares the directory, the files and the topics.
+    /// Opens the topics, then the directory and its files: of a run that is refused nothing is left.
     ///
     /// # Errors
-    /// If the directory holds a run, cannot be written, or shared memory is too small.
+    /// If another run publishes under this name, shared memory is too small, or the directory holds a run or cannot be written.
     pub fn open(plan: &Plan, options: &Options, session: &Session) -> Result<Self, RunError> {
         let dir = &options.out;
-        for name in ["run.mcap", "summary.json", "scalars.csv", "squirmers.csv"] {
-            if dir.join(name).exists() {
-                return Err(RunError::Occupied(dir.clone()));
-            }
-        }
-        std::fs::create_dir_all(dir).map_err(file("create", dir))?;
-        let resolved = dir.join("pipeline.toml");
-        std::fs::write(&resolved, &plan.resolved).map_err(file("write", &resolved))?;
         let due = plan.outputs.iter().map(|o| Due::new(o, session)).collect::<Result<Vec<_>, _>>()?;
         let run_id = identity(plan);
         let mut outputs = Self { due, waiting: VecDeque::new(), writer: None, run_id };
         let any = |pick: fn(&Targets) -> bool| outputs.due.iter().any(|d| d.kinds.iter().any(|(_, t)| pick(t)));
         let mut outlets = Outlets::default();
+        if any(|t| t.publish) {
+            let lengths = outputs.lengths(session)?;
+            outlets.publisher = Some(Publisher::open(&plan.name, &lengths)?);
+        }
+        check_directory(dir)?;
+        std::fs::create_dir_all(dir).map_err(file("create", dir))?;
+        let resolved = dir.join("pipeline.toml");
+        std::fs::write(&resolved, &plan.resolved).map_err(file("write", &resolved))?;
         if any(|t| t.record) {
             let provenance = Provenance {
                 run: plan.name.clone(),
@@ -109,10 +127,6 @@ impl Outputs {
         }
         if any(|t| t.csv) {
             outlets.tables = Some(Tables::create(dir)?);
-        }
-        if any(|t| t.publish) {
-            let lengths = outputs.lengths(session)?;
-            outlets.publisher = Some(Publisher::open(&plan.name, &lengths)?);
         }
         outputs.writer = Some(Writer::spawn(outlets, DEPTH).map_err(file("start a thread for", dir))?);
         Ok(outputs)

@@ -130,6 +130,8 @@ pub struct Summary {
     pub swim_speed: Vec<SwimSpeed>,
     /// Momentum and energy.
     pub books: Option<Bookkeeping>,
+    /// Whether the run was stopped before its last step.
+    pub stopped: bool,
     /// Remarks.
     pub remarks: Vec<String>,
     /// Snapshots handed to readers, files and tables.
@@ -161,6 +163,9 @@ impl Summary {
             remarks
                 .push("a particle was still inside a squirmer after all its hits and was put onto the surface".into());
         }
+        if speed.steps < plan.system.run.steps {
+            remarks.push(format!("stopped after {} of {} steps", speed.steps, plan.system.run.steps));
+        }
         let files =
             sinks.files.iter().map(|f| format!("{} ({} messages, {} bytes)", f.path.display(), f.messages, f.bytes));
         Self {
@@ -172,6 +177,7 @@ impl Summary {
             temperature: [temperature, error],
             swim_speed: swim_speeds(plan, books),
             books: books.balances.map(|(start, end)| bookkeeping(plan, &start, &end)),
+            stopped: speed.steps < plan.system.run.steps,
             remarks,
             snapshots: sinks.snapshots,
             dropped: sinks.dropped,

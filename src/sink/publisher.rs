@@ -14,6 +14,9 @@ use std::path::{Path, PathBuf};
 
 type Service = ipc_threadsafe::Service;
 
+/// Bytes that a topic needs besides its samples: queues, connections, events, and the rest of the last page.
+const MANAGEMENT: u64 = 1 << 18;
+
 /// Publishes the topics of one run; may move to another thread.
 pub struct Publisher {
     topics: Vec<Topic>,
@@ -137,7 +140,8 @@ impl Topic {
             .publisher_builder()
             .initial_max_slice_len(max.div_ceil(size_of::<Block>()))
             .allocation_strategy(AllocationStrategy::Static)
-            .max_loaned_samples(1)
+            // All of them once, to touch them; then one at a time.
+            .max_loaned_samples(domain::SAMPLES)
             .override_sample_preallocation(|worst| worst.min(domain::SAMPLES))
             .create()
             .map_err(|e| match e {
@@ -146,16 +150,28 @@ impl Topic {
                 }
                 e => failed("open a publisher", format!("{e:?}")),
             })?;
+        touch(&port, max).map_err(|e| failed("set memory aside", e))?;
         Ok(Self { kind, max, port, notifier })
     }
 }
 
-/// Memory is only set aside when it is first written to, and a write that finds none kills the process.
+/// Writes to every sample, so that the system sets its memory aside now, while [`check_space`] has just found it free: a page
+/// that first turns out to be missing at hour nine would kill the run.
+fn touch(port: &Port<Service, [Block], Header>, max: usize) -> Result<(), String> {
+    let mut held = Vec::with_capacity(domain::SAMPLES);
+    for _ in 0..domain::SAMPLES {
+        let sample = port.loan_slice_uninit(max.div_ceil(size_of::<Block>())).map_err(|e| format!("{e:?}"))?;
+        held.push(sample.write_from_fn(|_| Block([0; 16])));
+    }
+    Ok(())
+}
+
+/// Memory is only set aside when it is first written to, and a write that finds none kills the process: see [`touch`].
 fn check_space(topics: &[(Kind, usize)]) -> Result<(), SinkError> {
     let path = Path::new("/dev/shm");
     let Some(free) = free(path) else { return Ok(()) };
-    let need =
-        topics.iter().map(|(_, max)| (*max as u64).saturating_mul(domain::SAMPLES as u64)).fold(0, u64::saturating_add);
+    let need = |max: usize| (max as u64).saturating_mul(domain::SAMPLES as u64).saturating_add(MANAGEMENT);
+    let need = topics.iter().map(|(_, max)| need(*max)).fold(0, u64::saturating_add);
     if need <= free {
         return Ok(());
     }

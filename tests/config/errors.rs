@@ -19,7 +19,11 @@ fn types_and_ranges() {
     says(&[("steps = 100", "steps = -1")], "3:9", &["whole number, 0 or more: -1 is out of range"]);
     says(&[("steps = 100", "steps = 1e3")], "3:9", &["whole number", "(help: write 1000)"]);
     says(&[("steps = 100", "steps = 1.5")], "3:9", &["this is a number with a fraction"]);
-    says(&[("steps = 100", "steps = 99999999999999999999")], "3:9", &["out of range"]);
+    says(
+        &[("steps = 100", "steps = 99999999999999999999")],
+        "3:9",
+        &["at most 9223372036854775807, but this is beyond it"],
+    );
     says(&[("dt = 0.05", "dt = -0.1")], "4:6", &["a number from 0.000001 to 10: -0.1 is out of range", "in tau"]);
     says(&[("dt = 0.05", "dt = nan")], "4:6", &["`dt` is not a number"]);
     says(&[("temperature = 1.0", "temperature = inf")], "12:15", &["`temperature` is infinite"]);
@@ -145,7 +149,43 @@ fn walls_fluid_and_time_step() {
 #[test]
 fn outputs_must_write_something() {
     says(&[("record = [\"squirmers\", \"scalars\"]\n", "")], "45:1", &["warning: this output names nothing"]);
-    says(&[("every = 20", "every = 200")], "47:9", &["the run ends after 100 steps, before the first output"]);
+    says(&[("every = 20", "every = 200")], "47:9", &["the run ends after 100 steps: this output shows its start"]);
+}
+
+#[test]
+fn a_file_without_outputs_is_warned_about_last() {
+    let text = super::GOOD.split("[[output]]").next().expect("what stands before").replace("b1 = 0.1", "b1 = 0.7");
+    let found = lines(&text, &[]);
+    assert!(found.len() == 2 && found[0].contains("Mach"), "{found:#?}");
+    assert!(found[1].contains("there is no [[output]], so a run leaves nothing but its summary"), "{found:#?}");
+}
+
+#[test]
+fn a_share_of_zero_is_warned_about() {
+    let changes = [("record = [\"squirmers\", \"scalars\"]", "record = [\"particles\"]\nfraction = 0")];
+    says(&changes, "47:12", &["warning: `record` asks for particles, but takes none of them"]);
+}
+
+#[test]
+fn names_have_room_in_snapshots() {
+    says(&[("\"puller\"", "\"\"")], "15:8", &["has no letter"]);
+    says(&[("\"puller\"", "\"a-name-that-is-much-longer-than-snapshots-allow\"")], "15:8", &["takes 47 bytes"]);
+}
+
+#[test]
+fn huge_numbers_are_told_briefly() {
+    says(&[("dt = 0.05", "dt = 1e300")], "4:6", &["1e300 is out of range"]);
+}
+
+#[test]
+fn starts_that_cannot_be_made_are_told_at_their_place() {
+    use squirm::state::start::StartError;
+    let loaded = super::good(GOOD);
+    let line = |error: StartError| loaded.cannot_start(&error).plain(&loaded.sources);
+    let crowded = line(StartError::Crowded { count: 2, share: 0.5 });
+    assert!(crowded.starts_with("f.toml:14:1: error: ") && crowded.contains("take fewer"), "{crowded}");
+    let full = line(StartError::NoFluid);
+    assert!(full.starts_with("f.toml:7:8: error: ") && full.contains("make the box larger"), "{full}");
 }
 
 #[test]

@@ -23,8 +23,8 @@ fn kinds_are_known_and_unique() {
 
 #[test]
 fn no_stage_at_all() {
-    let text = &GOOD[..GOOD.find("[[stage]]").unwrap()];
-    let found = lines(text, &[]);
+    let (stages, outputs) = (GOOD.find("[[stage]]").unwrap(), GOOD.find("[[output]]").unwrap());
+    let found = lines(&format!("{}{}", &GOOD[..stages], &GOOD[outputs..]), &[]);
     assert_eq!(found.len(), 1, "{found:#?}");
     assert!(found[0].contains("the pipeline has no stage"), "{found:#?}");
 }

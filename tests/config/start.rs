@@ -58,6 +58,9 @@ fn header_and_file_are_checked() {
     assert!(found[0].contains("p.csv:1: the header is `x,y,z`, but must be `x,y,z,vx,vy,vz`"), "{found:?}");
     let found = start("x,y,z,vx,vy,vz\n").expect_err("no rows");
     assert!(found[0].contains("the table has no row"), "{found:?}");
+    assert_eq!(start("\u{feff}x,y,z,vx,vy,vz\r\n1,2,3,0,0,0\r\n"), Ok(1), "as spreadsheets write it");
+    let found = load_in(Path::new("/"), "tmp").expect_err("a folder");
+    assert!(found[0].contains("cannot be read") && found.len() == 1, "{found:?}");
     let found = load_in(Path::new("/nonexistent"), "p.csv").expect_err("no file");
     assert!(found[0].contains("cannot be read") && found.len() == 1, "{found:?}");
 }

@@ -33,7 +33,8 @@ fn read(from: impl BufRead, system: &System, squirmers: &[Squirmer]) -> Result<V
     let mut header = false;
     for (number, line) in (1..).zip(from.lines()) {
         let line = line.map_err(|e| (number, e.to_string()))?;
-        let fields = || line.split(',').map(str::trim);
+        // Spreadsheets begin a file with a byte order mark.
+        let fields = || line.trim_start_matches('\u{feff}').split(',').map(str::trim);
         if line.trim().is_empty() {
             continue;
         }
@@ -89,7 +90,7 @@ mod tests {
     #[test]
     fn particles_are_read_and_wrapped() {
         let particles =
-            parse("x,y,z,vx,vy,vz\n1,2,3,4,5,6\n -1, 9.5, 21, 0, 0, -1e-3\n").expect("both are in the fluid");
+            parse("\u{feff}x,y,z,vx,vy,vz\r\n1,2,3,4,5,6\n -1, 9.5, 21, 0, 0, -1e-3\n").expect("both are in the fluid");
         assert_eq!(particles[0], Particle { position: DVec3::new(1.0, 2.0, 3.0), velocity: DVec3::new(4.0, 5.0, 6.0) });
         assert_eq!(particles[1].position, DVec3::new(19.0, 9.5, 1.0));
     }

@@ -1,0 +1,209 @@
+//! Runs as processes: watched while they go, killed, stopped by signals, refused.
+#![cfg(unix)]
+
+use squirm::analyze::{Ending, Recording, Source};
+use squirm::wire::Kind;
+use std::io::Read;
+use std::ops::ControlFlow;
+use std::path::Path;
+use std::process::{Child, Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+/// Publishes and records often, and would go on for hours.
+const FILE: &str = r#"
+[run]
+steps = 100000000
+dt = 0.05
+[box]
+size = [12, 12, 12]
+[fluid]
+density = 5
+[[squirmers]]
+name = "swimmer"
+count = 1
+semi_axes = { along = 3.0, across = 2.0 }
+b1 = 0.05
+[[stage]]
+kind = "squirmer-move"
+[[stage]]
+kind = "stream"
+[[stage]]
+kind = "squirmer-collide"
+[[stage]]
+kind = "shift-grid"
+[[stage]]
+kind = "cell-reduce"
+[[stage]]
+kind = "squirmer-fill"
+[[stage]]
+kind = "rotate"
+[[stage]]
+kind = "restore-thermostat"
+[[output]]
+record = ["squirmers", "scalars"]
+publish = ["squirmers", "scalars"]
+every = 2
+"#;
+
+const PATIENCE: Duration = Duration::from_secs(90);
+
+/// A folder with the file under a name that no other test uses.
+fn prepared(test: &str) -> (tempfile::TempDir, String) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let name = format!("{test}-{}", std::process::id());
+    std::fs::write(folder.path().join(format!("{name}.toml")), FILE).expect("written");
+    (folder, name)
+}
+
+/// A process that does not outlive its test.
+struct Process(Child);
+
+impl Drop for Process {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+impl Process {
+    fn start(program: &str, folder: &Path, arguments: &[&str]) -> Self {
+        let mut command = Command::new(program);
+        command.current_dir(folder).args(arguments).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        Self(command.env("NO_COLOR", "1").spawn().expect("it starts"))
+    }
+
+    fn run(folder: &Path, name: &str, out: &str) -> Self {
+        Self::start(env!("CARGO_BIN_EXE_squirm"), folder, &["run", &format!("{name}.toml"), "--out", out])
+    }
+
+    /// Sends a signal and waits for the end; the exit status and what was said.
+    fn end(mut self, signal: &str) -> (Option<i32>, String) {
+        let sent = Command::new("kill").args([signal, &self.0.id().to_string()]).status().expect("kill is there");
+        assert!(sent.success());
+        let begun = Instant::now();
+        while self.0.try_wait().expect("a child").is_none() {
+            assert!(begun.elapsed() < PATIENCE, "the process does not end");
+            std::thread::sleep(Duration::from_millis(20));
+        }
+        let mut text = String::new();
+        self.0.stderr.take().expect("piped").read_to_string(&mut text).expect("UTF-8");
+        (self.0.wait().expect("a child").code(), text)
+    }
+}
+
+/// Waits until a recording has this many bytes.
+fn wait_for(path: &Path, bytes: u64) {
+    let begun = Instant::now();
+    while path.metadata().map_or(0, |m| m.len()) < bytes {
+        assert!(begun.elapsed() < PATIENCE, "{} does not grow", path.display());
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}
+
+fn analyze(folder: &Path, name: &str, snapshots: &str) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_squirm-analyze"));
+    let out = format!("swim-{snapshots}");
+    let arguments = ["swim", "--live", name, "--snapshots", snapshots, "--out", &out];
+    command.current_dir(folder).args(arguments).output().expect("it starts")
+}
+
+/// Steps of the squirmers' snapshots in a recording, and how it ended.
+fn steps(path: &Path) -> (Vec<u64>, Ending) {
+    let mut steps = Vec::new();
+    let ending = Recording::new(path).drive(&[Kind::Squirmers], &mut |s| {
+        steps.push(s.header.step);
+        Ok(ControlFlow::Continue(()))
+    });
+    (steps, ending.expect("readable"))
+}
+
+#[track_caller]
+fn gapless(steps: &[u64]) {
+    let expected: Vec<u64> = (0..steps.len() as u64).map(|i| 2 * i).collect();
+    assert!(steps.len() > 2 && steps == expected, "{steps:?}");
+}
+
+#[test]
+fn analyzers_come_and_go_and_a_killed_run_can_be_read() {
+    let (folder, name) = prepared("come-and-go");
+    let run = Process::run(folder.path(), &name, "out");
+    let recording = folder.path().join("out/run.mcap");
+    wait_for(&recording, 20_000);
+    let text = |o: &Output| String::from_utf8_lossy(&[&o.stdout[..], &o.stderr[..]].concat()).into_owned();
+    let first = analyze(folder.path(), &name, "12");
+    assert!(first.status.success() && text(&first).contains("12 snapshots"), "{}", text(&first));
+    let analyzer = Process::start(
+        env!("CARGO_BIN_EXE_squirm-analyze"),
+        folder.path(),
+        &["swim", "--live", &name, "--out", "killed"],
+    );
+    std::thread::sleep(Duration::from_millis(500));
+    assert_eq!(analyzer.end("-KILL").0, None, "it was killed while it watched");
+    let again = analyze(folder.path(), &name, "8");
+    assert!(again.status.success() && text(&again).contains("8 snapshots"), "{}", text(&again));
+    assert_eq!(run.end("-KILL").0, None);
+    let (steps, ending) = steps(&recording);
+    gapless(&steps);
+    assert_eq!(ending.warnings.len(), 1, "it says that the end is missing");
+    let late = analyze(folder.path(), &name, "5");
+    assert!(!late.status.success() && text(&late).contains("no run named"), "{}", text(&late));
+}
+
+#[test]
+fn a_second_run_of_the_same_name_is_refused_before_it_writes() {
+    let (folder, name) = prepared("taken");
+    let run = Process::run(folder.path(), &name, "out");
+    wait_for(&folder.path().join("out/run.mcap"), 10_000);
+    let second = Command::new(env!("CARGO_BIN_EXE_squirm"))
+        .current_dir(folder.path())
+        .args(["run", &format!("{name}.toml"), "--out", "second"])
+        .output()
+        .expect("it starts");
+    let said = String::from_utf8_lossy(&second.stderr);
+    assert!(second.status.code() == Some(1) && said.contains("is already publishing"), "{said}");
+    assert!(!folder.path().join("second").exists());
+    assert_eq!(run.end("-INT").0, Some(130), "the first one goes on undisturbed");
+}
+
+#[test]
+fn a_signal_ends_a_run_with_complete_files() {
+    for (signal, status) in [("-INT", 130), ("-TERM", 143)] {
+        let (folder, name) = prepared(&format!("signal{status}"));
+        let run = Process::run(folder.path(), &name, "out");
+        let recording = folder.path().join("out/run.mcap");
+        wait_for(&recording, 10_000);
+        let (code, said) = run.end(signal);
+        assert_eq!(code, Some(status), "{said}");
+        let (steps, ending) = steps(&recording);
+        gapless(&steps);
+        assert_eq!(ending.warnings, Vec::<String>::new(), "the file is complete");
+        let text = std::fs::read_to_string(folder.path().join("out/summary.json")).expect("a summary");
+        let summary: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+        assert_eq!(summary["stopped"], true);
+        let done = summary["speed"]["steps"].as_u64().expect("a number");
+        assert!(done - steps.last().expect("some") < 2, "{done} steps, but {steps:?}");
+        assert!(text.contains(&format!("stopped after {done} of 100000000 steps")), "{text}");
+    }
+}
+
+#[test]
+fn a_directory_that_holds_a_run_is_refused_at_once() {
+    let (folder, name) = prepared("occupied");
+    let refused = |out: &str, part: &str| {
+        let (code, said) = {
+            let output = Command::new(env!("CARGO_BIN_EXE_squirm"))
+                .current_dir(folder.path())
+                .args(["run", &format!("{name}.toml"), "--out", out])
+                .output()
+                .expect("it starts");
+            (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+        };
+        assert!(code == Some(2) && said.contains(part), "{said}");
+    };
+    std::fs::create_dir(folder.path().join("old")).expect("made");
+    std::fs::write(folder.path().join("old/summary.json"), "{}").expect("written");
+    refused("old", "holds a run already");
+    refused(&format!("{name}.toml"), "is a file, not a directory");
+    refused(&format!("{name}.toml/inside"), "is a file, not a directory");
+    assert_eq!(std::fs::read_dir(folder.path().join("old")).expect("a folder").count(), 1);
+}
