@@ -168,6 +168,22 @@ shared! {
         max_speed: f32,
         /// sqrt(kT).
         thermal_speed: f32,
+        /// 1 / scale_velocity: powers of two have exact reciprocals, but a GPU's own division need not find them.
+        inverse_velocity: f32,
+        /// 1 / scale_energy.
+        inverse_energy: f32,
+        /// 1 / scale_coarse.
+        inverse_coarse: f32,
+        /// 1 / scale_position.
+        inverse_position: f32,
+        /// 1 / scale_second.
+        inverse_second: f32,
+        /// 1 / scale_mixed.
+        inverse_mixed: f32,
+        /// Not used.
+        pad0: u32,
+        /// Not used.
+        pad1: u32,
     }
 }
 

@@ -20,25 +20,21 @@ fn moments_of(words: array<u32, 24>) -> Moments {
     var w = words;
     var m: Moments;
     m.count = f32(w[0]);
-    let iv = 1.0 / system.scale_velocity;
-    let ix = 1.0 / system.scale_position;
-    let ixx = 1.0 / system.scale_second;
-    let ixv = 1.0 / system.scale_mixed;
-    m.v = signed3(w[1], w[2], w[3]) * iv;
-    m.energy = f32(w[4]) / system.scale_energy;
-    m.x = signed3(w[6], w[7], w[8]) * ix;
-    m.diagonal = signed3(w[9], w[10], w[11]) * ixx;
-    m.mixed = signed3(w[12], w[13], w[14]) * ixx;
-    m.xv[0] = signed3(w[15], w[16], w[17]) * ixv;
-    m.xv[1] = signed3(w[18], w[19], w[20]) * ixv;
-    m.xv[2] = signed3(w[21], w[22], w[23]) * ixv;
+    m.v = signed3(w[1], w[2], w[3]) * system.inverse_velocity;
+    m.energy = f32(w[4]) * system.inverse_energy;
+    m.x = signed3(w[6], w[7], w[8]) * system.inverse_position;
+    m.diagonal = signed3(w[9], w[10], w[11]) * system.inverse_second;
+    m.mixed = signed3(w[12], w[13], w[14]) * system.inverse_second;
+    m.xv[0] = signed3(w[15], w[16], w[17]) * system.inverse_mixed;
+    m.xv[1] = signed3(w[18], w[19], w[20]) * system.inverse_mixed;
+    m.xv[2] = signed3(w[21], w[22], w[23]) * system.inverse_mixed;
     m.faults = 0u;
     if w[0] > system.max_count {
         m.faults |= FAULT_COUNT;
     }
     // Each contribution rounds by at most half a unit in either sum.
-    let coarse = f32(w[5]) / system.scale_coarse;
-    if abs(coarse - m.energy) > 0.51 * m.count / system.scale_coarse + 1e-5 * m.energy {
+    let coarse = f32(w[5]) * system.inverse_coarse;
+    if abs(coarse - m.energy) > 0.51 * m.count * system.inverse_coarse + 1e-5 * m.energy {
         m.faults |= FAULT_ENERGY;
     }
     return m;

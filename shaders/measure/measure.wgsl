@@ -22,7 +22,7 @@ fn moment(cell: u32, word: u32) -> u32 {
 }
 
 fn velocity_sum(cell: u32) -> vec3<f32> {
-    return signed3(moment(cell, 1u), moment(cell, 2u), moment(cell, 3u)) / system.scale_velocity;
+    return signed3(moment(cell, 1u), moment(cell, 2u), moment(cell, 3u)) * system.inverse_velocity;
 }
 
 @compute @workgroup_size(1)
@@ -60,7 +60,7 @@ fn total(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) group
         let n = moment(cell, 0u);
         if n > 0u {
             let v = velocity_sum(cell);
-            let energy = f32(moment(cell, 4u)) / system.scale_energy;
+            let energy = f32(moment(cell, 4u)) * system.inverse_energy;
             collect(0u, i32(n));
             for (var k = 0u; k < 3u; k++) {
                 collect(1u + k, i32(round(v[k] * settings.scale)));

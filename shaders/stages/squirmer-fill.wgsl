@@ -72,7 +72,7 @@ fn sum(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups:
 
 fn ghost_sum(i: u32, sum: u32) -> f32 {
     let word = i * SUM_WORDS + 2u * sum;
-    return wide_value(atomicLoad(&ghost_sums[word]), atomicLoad(&ghost_sums[word + 1u])) / SUM_SCALE;
+    return wide_value(atomicLoad(&ghost_sums[word]), atomicLoad(&ghost_sums[word + 1u])) * (1.0 / SUM_SCALE);
 }
 
 fn ghost_sum3(i: u32, sum: u32) -> vec3<f32> {

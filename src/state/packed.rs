@@ -232,6 +232,14 @@ pub fn system_uniform(system: &System, particles: u64) -> SystemUniform {
         scale_mixed: scales.mixed as f32,
         max_speed: scales.max_speed as f32,
         thermal_speed: system.fluid.temperature.sqrt() as f32,
+        inverse_velocity: (1.0 / scales.velocity) as f32,
+        inverse_energy: (1.0 / scales.energy) as f32,
+        inverse_coarse: (1.0 / scales.energy_coarse) as f32,
+        inverse_position: (1.0 / scales.position) as f32,
+        inverse_second: (1.0 / scales.second) as f32,
+        inverse_mixed: (1.0 / scales.mixed) as f32,
+        pad0: 0,
+        pad1: 0,
     }
 }
 
