@@ -1,6 +1,7 @@
 //! Draws the last snapshot of a recording in a slit: the squirmers seen from above, their headings, and the fluid between them.
 //!
-//! `cargo run --release --example picture -- runs/quickstart/run.mcap picture.svg`
+//! `cargo run --release --example picture -- runs/quickstart/run.mcap picture.svg 5`, where 5 is how many snapshots of the fluid
+//! are averaged: thermal noise hides the flow in a single one, and the squirmers move meanwhile.
 
 use squirm::analyze::{Recording, Source};
 use squirm::wire::{Fields, Kind, Squirmers};
@@ -14,8 +15,9 @@ const SCALE: f32 = 24.0;
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut arguments = std::env::args().skip(1);
     let (Some(from), Some(to)) = (arguments.next(), arguments.next()) else {
-        return Err("two arguments are needed: the recording and the picture to write".into());
+        return Err("give the recording, the picture to write, and how many snapshots to average".into());
     };
+    let average = arguments.next().map_or(Ok(1), |n| n.parse::<usize>())?;
     let (mut fields, mut squirmers) = (Vec::new(), None);
     Recording::new(Path::new(&from)).drive(&[Kind::Squirmers, Kind::Fields], &mut |snapshot| {
         if snapshot.expect(Kind::Fields).is_ok() {
@@ -30,8 +32,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut svg = format!("<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 {width} {height}'>\n");
     writeln!(svg, "<defs><clipPath id='box'><rect width='{width}' height='{height}'/></clipPath></defs>")?;
     writeln!(svg, "<g clip-path='url(#box)'><rect width='{width}' height='{height}' fill='#f4f7fa'/>")?;
-    // The second half of the snapshots, averaged along y: thermal noise hides the flow in a single one.
-    flow(&mut svg, &fields[fields.len() / 2..])?;
+    flow(&mut svg, &fields[fields.len().saturating_sub(average)..])?;
     for (i, (centre, axis)) in squirmers.position.iter().zip(&squirmers.axis).enumerate() {
         let shape = &squirmers.table[squirmers.species[i] as usize];
         // The outline seen along y: half its length is sqrt(b^2 + (a^2 - b^2) s^2) with s the axis' share in the plane.
@@ -58,7 +59,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(std::fs::write(to, svg)?)
 }
 
-/// One arrow for each block seen from above, the longest as long as a block and a half; the deeper the colour, the faster.
+/// The mean along y: one arrow for each block seen from above, the longest as long as a block and a half; the deeper the colour, the faster.
 fn flow(svg: &mut String, fields: &[Fields]) -> std::fmt::Result {
     let Some(first) = fields.first() else { return Ok(()) };
     let [nx, ny, nz] = first.blocks.map(|n| n as usize);
