@@ -20,7 +20,7 @@
 //! println!("{summary}");
 //! ```
 //!
-//! - [`config`] reads pipeline files into a [`graph::Plan`]; [`params`] declares what they may say, [`diag`] what is wrong.
+//! - [`config`] reads pipeline files into a [`graph::Plan`]; [`mod@params`] declares what they may say, [`diag`] what is wrong.
 //! - [`stages`] has the physics, one file per stage; [`shader`] and [`buffers`] what their WGSL is made of.
 //! - [`gpu`] runs a plan; [`sim`] runs it to its end and keeps the books.
 //! - [`state`] is the simulated system on the host, [`math`] its mathematics and theory.
