@@ -43,8 +43,8 @@ fn mark_map(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) gr
         return;
     }
     let local = vec3<u32>(k % edge, (k / edge) % edge, (k / (edge * edge)) % edge);
-    // In a box smaller than the squirmer's box each cell is visited once.
-    if any(local >= system.size) {
+    // In a periodic box smaller than the squirmer's box each cell is visited once; across a slit nothing repeats.
+    if any(local >= vec3<u32>(system.size.x, select(system.size.y, edge, system.walled == 1u), system.size.z)) {
         return;
     }
     let centre = squirmers[i].position;
