@@ -183,7 +183,7 @@ impl<P: Params> Parameter for P {
     }
 }
 
-/// A struct declared by [`params!`](crate::params).
+/// A struct declared by [`params!`](crate::params!).
 pub trait Params: Sized + Clone + std::fmt::Debug {
     /// Its parameters in the order of the declaration.
     fn fields() -> Vec<Field>;

@@ -4,7 +4,6 @@ use super::kernel::{Buffers, Kernel};
 use super::{Gpu, GpuError};
 use crate::buffers::{Buffer, CATALOGUE, Life, Now, Sizes, SquirmerState};
 use crate::graph::Plan;
-use crate::shader::Module;
 use crate::stages::Phase;
 use crate::state::{State, System, packed};
 use std::collections::{HashMap, HashSet};
@@ -68,7 +67,7 @@ impl Session {
     /// See [`Session::new`].
     pub fn with_room(gpu: &Gpu, plan: &Plan, state: &State, room: u64) -> Result<Self, GpuError> {
         let sizes = packed::sizes(&plan.system, state.particles.len() as u64);
-        let modules = plan.stages.iter().map(|s| Module::of(s.entry)).collect::<Result<Vec<_>, _>>()?;
+        let modules = plan.stages.iter().map(|s| s.entry.module()).collect::<Result<Vec<_>, _>>()?;
         let mut used: HashSet<String> = modules
             .iter()
             .flat_map(|m| {

@@ -1,6 +1,6 @@
 //! The kernels of one step in the order of execution, each with the buffers that it truly reads and writes.
 
-use crate::shader::{Module, ShaderError};
+use crate::shader::ShaderError;
 use crate::stages::{Entry, Phase, REGISTRY};
 use std::collections::HashMap;
 use std::sync::{Mutex, PoisonError};
@@ -81,7 +81,7 @@ pub fn uses(entry: &'static Entry, point: &'static str) -> Result<Vec<Use>, Shad
     if let Some(uses) = known.get(&(entry.kind, point)) {
         return Ok(uses.clone());
     }
-    let module = Module::of(entry)?;
+    let module = entry.module()?;
     for phase in entry.phases.iter().chain(entry.receive) {
         let bound = module.bindings(phase.entry).iter();
         let uses = bound.map(|b| Use { buffer: b.name.clone(), read: b.access.read, write: b.access.write }).collect();

@@ -41,12 +41,17 @@ pub fn pseudo_inverse(matrix: DMat3) -> DMat3 {
     vectors * DMat3::from_diagonal(DVec3::from_array(inverse)) * vectors.transpose()
 }
 
+/// a b^T: entry (row i, column j) is a_i b_j.
+#[must_use]
+pub fn outer(a: DVec3, b: DVec3) -> DMat3 {
+    DMat3::from_cols(a * b.x, a * b.y, a * b.z)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::math::draws::normals;
     use crate::math::rng::{Draw, Purpose};
-    use crate::state::scene::outer;
 
     fn largest(m: DMat3) -> f64 {
         m.to_cols_array().into_iter().fold(0.0, |most, x| x.abs().max(most))

@@ -2,7 +2,6 @@
 
 use super::compose::{UnknownInclude, compose};
 use crate::buffers;
-use crate::stages::Entry;
 
 /// How an entry point uses a buffer. Atomic operations that return or add count as both; an atomic store only writes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -63,18 +62,10 @@ pub enum ShaderError {
 }
 
 impl Module {
-    /// Composes, validates and reflects the module of a stage.
+    /// Composes, validates and reflects a module; `kind` is for messages, `settings` the declaration of its uniform.
     ///
     /// # Errors
     /// If the module is not valid WGSL or binds something that the catalogue does not have.
-    pub fn of(entry: &Entry) -> Result<Self, ShaderError> {
-        Self::new(entry.kind, entry.wgsl, entry.uniform_wgsl)
-    }
-
-    /// The same for any text; `kind` is for messages.
-    ///
-    /// # Errors
-    /// See [`Module::of`].
     pub fn new(kind: &str, wgsl: &str, settings: &str) -> Result<Self, ShaderError> {
         let text = compose(wgsl, settings)?;
         let invalid = |message: String| ShaderError::Invalid { kind: kind.to_owned(), message };
@@ -129,22 +120,6 @@ impl Module {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::stages::REGISTRY;
-
-    #[test]
-    fn every_stage_composes_and_has_its_entry_points() {
-        for entry in REGISTRY {
-            let module = Module::of(entry).unwrap_or_else(|e| panic!("{e}"));
-            for phase in entry.phases.iter().chain(entry.receive) {
-                assert!(
-                    module.entry_points().any(|n| n == phase.entry),
-                    "{}: no entry point `{}`",
-                    entry.kind,
-                    phase.entry
-                );
-            }
-        }
-    }
 
     #[test]
     fn access_tells_reads_from_writes() {

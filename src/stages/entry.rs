@@ -2,7 +2,7 @@
 
 use crate::buffers::Extent;
 use crate::params::{Field, Params, Values};
-use crate::shader::Shared;
+use crate::shader::{Module, ShaderError, Shared};
 use crate::state::System;
 use crate::state::scene::Scene;
 
@@ -131,5 +131,13 @@ impl Entry {
             reference: |v, s, scene| S::reference(&S::Params::from_values(v), s, scene),
             reference_receive: |v, s, scene| S::reference_receive(&S::Params::from_values(v), s, scene),
         }
+    }
+
+    /// The stage's WGSL, composed, validated and reflected.
+    ///
+    /// # Errors
+    /// If it is not valid WGSL or binds something that the catalogue of buffers does not have.
+    pub fn module(&self) -> Result<Module, ShaderError> {
+        Module::new(self.kind, self.wgsl, self.uniform_wgsl)
     }
 }

@@ -35,3 +35,23 @@ pub const REGISTRY: &[Entry] = &[
 pub fn find(kind: &str) -> Option<&'static Entry> {
     REGISTRY.iter().find(|e| e.kind == kind)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_stage_composes_and_has_its_entry_points() {
+        for entry in REGISTRY {
+            let module = entry.module().unwrap_or_else(|e| panic!("{e}"));
+            for phase in entry.phases.iter().chain(entry.receive) {
+                assert!(
+                    module.entry_points().any(|n| n == phase.entry),
+                    "{}: no entry point `{}`",
+                    entry.kind,
+                    phase.entry
+                );
+            }
+        }
+    }
+}

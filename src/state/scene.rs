@@ -1,6 +1,7 @@
 //! One MPC step on the host in f64: what the stages' references read and write.
 
 use super::{State, System};
+pub use crate::math::linear::outer;
 use glam::{DMat3, DQuat, DVec3};
 
 /// Sums over one cell's particles; x is relative to the cell's centre. (23 numbers.)
@@ -38,12 +39,6 @@ impl Moments {
         self.xx += outer(x, x);
         self.xv += outer(x, v);
     }
-}
-
-/// a b^T: entry (row i, column j) is a_i b_j.
-#[must_use]
-pub fn outer(a: DVec3, b: DVec3) -> DMat3 {
-    DMat3::from_cols(a * b.x, a * b.y, a * b.z)
 }
 
 /// The collision of one cell as an affine map: v' = b + A v + W x x.
