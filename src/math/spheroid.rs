@@ -61,28 +61,6 @@ impl Spheroid {
         scaled.length_squared() < 1.0
     }
 
-    /// The surface point that belongs to a point `p` inside, both in the body frame: where the hyperbola through `p` that crosses
-    /// all confocal spheroids at right angles leaves the body. Close to the surface this is the nearest point; on a sphere it
-    /// is the one in the same direction. The foci lie on the axis (prolate) or on a ring around it (oblate), and half the sum of
-    /// the distances to them is the confocal spheroid's longer semi-axis.
-    #[must_use]
-    pub fn foot(&self, p: DVec3) -> DVec3 {
-        let rho = p.x.hypot(p.y);
-        let square = self.along.powi(2) - self.across.powi(2);
-        let focal = square.abs().sqrt();
-        let (sine, cosine) = if square >= 0.0 {
-            let semi = f64::midpoint(rho.hypot(p.z - focal), rho.hypot(p.z + focal));
-            let cosine = if semi > 0.0 { (p.z.abs() / semi).min(1.0) } else { 0.0 };
-            (((1.0 - cosine) * (1.0 + cosine)).sqrt(), cosine)
-        } else {
-            let semi = f64::midpoint((rho - focal).hypot(p.z), (rho + focal).hypot(p.z));
-            let sine = (rho / semi).min(1.0);
-            (sine, ((1.0 - sine) * (1.0 + sine)).sqrt())
-        };
-        let outward = if rho > 0.0 { DVec3::new(p.x, p.y, 0.0) / rho } else { DVec3::X };
-        self.across * sine * outward + DVec3::Z * (self.along * cosine).copysign(p.z)
-    }
-
     /// Outward unit normal at the surface point `s` (from the centre) of the body with axis `e`.
     #[must_use]
     pub fn normal(&self, s: DVec3, e: DVec3) -> DVec3 {
@@ -147,30 +125,6 @@ mod tests {
     fn mean_over_zeta(f: impl Fn(f64) -> f64) -> f64 {
         let n = 20_000;
         (0..n).map(|i| f(-1.0 + (f64::from(i) + 0.5) * 2.0 / f64::from(n))).sum::<f64>() / f64::from(n)
-    }
-
-    /// On the surface, on the normal through points below it, and the same on both sides of the sphere's shape.
-    #[test]
-    fn feet_are_on_the_surface_below_which_the_points_lie() {
-        for body in [shape(2.0, 4.0), shape(4.0, 2.0), shape(3.0, 3.0), shape(3.0, 3.0 + 1e-9), shape(3.0, 3.0 - 1e-9)]
-        {
-            let axes = DVec3::new(body.across, body.across, body.along);
-            for i in 0..200 {
-                let (zeta, phi) = (-0.995 + 0.01 * f64::from(i), 0.7 * f64::from(i));
-                let rho = (1.0 - zeta * zeta).sqrt();
-                let s = axes * DVec3::new(rho * phi.cos(), rho * phi.sin(), zeta);
-                assert!((body.foot(s) - s).length() < 1e-6, "{s}");
-                let below = body.foot(s - 0.01 * body.normal(s, DVec3::Z));
-                // The hyperbola bends by depth^2 times a curvature of at most 1.
-                assert!((below - s).length() < 1e-4, "{s} {below}");
-                for depth in [0.1, 0.5, 0.9] {
-                    assert!(((body.foot(s * depth) / axes).length() - 1.0).abs() < 1e-12);
-                }
-                if (body.along - body.across).abs() < 1e-6 {
-                    assert!((body.foot(s * 0.3) - s).length() < 1e-6, "{s}");
-                }
-            }
-        }
     }
 
     #[test]

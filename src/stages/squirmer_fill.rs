@@ -113,8 +113,7 @@ impl Ghost {
 }
 
 /// The ghosts of one squirmer in this step: points of the unit ball, stretched and turned with the body. The slip is that
-/// of the surface point nearby, not of the one in the same direction from the centre: below the flat face of an oblate body that
-/// one lies far outwards, where the slip is faster, and the body would swim a tenth too fast.
+/// of the surface point in the same direction from the centre.
 fn ghosts(system: &System, scene: &Scene, owner: usize) -> Vec<Ghost> {
     let squirmer = &scene.state.squirmers[owner];
     let species = &system.species[squirmer.species];
@@ -125,10 +124,10 @@ fn ghosts(system: &System, scene: &Scene, owner: usize) -> Vec<Ghost> {
     let owner = u32::try_from(owner).expect("squirmers are counted in u32");
     let ghost = |index| {
         let u = draw.uniforms(owner, index, 0);
-        let place = u[2].cbrt() * stretch * direction(u[0], u[1]);
+        let on_surface = stretch * direction(u[0], u[1]);
         Ghost {
-            arm: squirmer.orientation * place,
-            slip: squirmer.orientation * slip.at(shape, shape.foot(place)),
+            arm: squirmer.orientation * (u[2].cbrt() * on_surface),
+            slip: squirmer.orientation * slip.at(shape, on_surface),
             thermal: system.fluid.temperature.sqrt() * normals(draw.uniforms(owner, index, 1)),
         }
     };
