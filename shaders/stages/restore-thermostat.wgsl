@@ -166,7 +166,7 @@ fn gamma(cell: u32, shape: f32) -> f32 {
     var result = d;
     for (var attempt = 0u; attempt < 64u; attempt++) {
         let u = uniforms(PURPOSE_THERMOSTAT, cell, attempt, 0u);
-        let x = sqrt(-2.0 * log(u.x)) * cos(TAU * u.y);
+        let x = deviation(u.x) * cos(TAU * u.y);
         if shape < 1.0 {
             return 0.5 * x * x;
         }
