@@ -1,7 +1,7 @@
 //! Structs shared with the shaders lie in memory as WGSL has them; catalogue entries are as long as the shaders' records.
 
 use squirm::buffers::{MeasureSettings, Now, SpeciesUniform, SquirmerState, SystemUniform, find};
-use squirm::shader::{Module, Shared};
+use squirm::shader::Shared;
 use squirm::stages::REGISTRY;
 
 /// Member names and offsets, size and stride of the struct that a WGSL text declares.
@@ -76,7 +76,7 @@ fn records_are_as_long_as_the_catalogue_says() {
         let words = find(buffer).expect("a buffer of the catalogue").words;
         let mut seen = 0;
         for entry in REGISTRY {
-            let text = Module::of(entry).expect("a module").text;
+            let text = entry.module().expect("a module").text;
             if let Some(value) = constant(&text, name) {
                 assert_eq!(value, words, "{name} in {}", entry.kind);
                 seen += 1;

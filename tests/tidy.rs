@@ -25,7 +25,7 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("gpu", &["buffers", "graph", "math", "shader", "stages", "state"]),
     ("sim", &["analyze", "buffers", "gpu", "graph", "sink", "state", "wire"]),
     ("lib", &[]),
-    ("cli", &["config", "diag", "gpu", "graph", "params", "sim", "stages"]),
+    ("cli", &["analyze", "config", "diag", "gpu", "graph", "params", "sim", "stages"]),
     ("main", &["cli"]),
     ("squirm-analyze", &["analyze"]),
 ];

@@ -9,7 +9,6 @@ use squirm::math::draws::normals;
 use squirm::math::fixed::Scales;
 use squirm::math::rng::{Draw, Purpose};
 use squirm::params::Value;
-use squirm::shader::Module;
 use squirm::state::scene::{Load, Moments, Motion, Operator, Scene};
 use squirm::state::{Particle, Squirmer, State, System, packed};
 
@@ -38,7 +37,7 @@ impl Bench {
         let session = rig::session(&plan, state);
         let mut bound = Vec::new();
         for stage in &plan.stages {
-            let module = Module::of(stage.entry).expect("a module");
+            let module = stage.entry.module().expect("a module");
             for entry_point in module.entry_points() {
                 bound.extend(module.bindings(entry_point).iter().map(|b| b.name.clone()));
             }
