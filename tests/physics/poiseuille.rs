@@ -65,7 +65,7 @@ fn a_driven_slit_has_a_parabolic_profile() {
     let slip = (-top.mean / curvature.mean).sqrt() - half;
     println!("viscosity {viscosity:.3} +- {error:.3}, theory {:.3}, slip length {slip:.3}", theory.viscosity);
     assert!(error < size(0.05, 0.01) * viscosity, "{error}");
-    assert!((viscosity / theory.viscosity - 1.0).abs() < size(0.1, 0.03), "{viscosity} +- {error}");
+    assert!((viscosity / theory.viscosity - 1.0).abs() < size(0.1, 0.05), "{viscosity} +- {error}");
     // With the wall ghosts' mean velocity at rest 0.11(1) is known from an independent code in f64 (planar Couette flow); an
     // error of the curvature of 3 % is one of the edge of 1.5 %.
     assert!((slip - 0.11).abs() < size(0.35, 0.1), "{slip}");

@@ -2,8 +2,11 @@
 //!
 //! The speed is <V.e> from displacements. Over a time T thermal motion leaves an error of sqrt(2 D/T) in it, D = kT/(zeta eta)
 //! being of order 0.5e-3 a^2/tau for these bodies at h = 0.02 (eta = 17.7) in these boxes, however long the steps between two
-//! readings are. Strong slip is therefore worth more than long runs, as long as inertia stays weak: Re = 10 U along/eta is below
-//! 0.4 everywhere here, and a neutral squirmer's flow has no vorticity, so that inertia leaves its speed alone altogether.
+//! readings are. Strong slip is therefore worth more than long runs. A neutral squirmer's flow has no vorticity, so that inertia
+//! leaves its speed alone; pushers and pullers must swim slowly: inertia counts as Re = 10 U along/eta, and the fluid is an ideal
+//! gas, whose density gives way to the flow's pressure by eta B2/(along 10 kT). With B1 = 0.2 and beta = 3 that is a quarter at
+//! h = 0.02, and a pusher was found to swim 17 % too slowly, a puller 6 %; half the slip is four times better in the part
+//! that both have in common and twice as good in what is odd in beta.
 
 use crate::{SQUIRMERS, advance, alone, listed, rig, size, sound};
 use glam::{DQuat, DVec3};
@@ -51,13 +54,17 @@ fn relative_speed(species: Species, edge: u32, steps: u64) -> Estimate {
 }
 
 /// Within 10 % of U_L, from a measurement with an error of 3 % at most. Ghosts at the mean velocity of the surface let the fluid
-/// slip a little, and independent codes find 0.95 to 0.98 of U_L.
+/// slip a little, and independent codes find 0.95 to 0.98 of U_L. Pushers and pullers, which must be slow, are measured to 5 %
+/// only in a quick run, which therefore allows two errors more; a full run does not.
 fn assert_swims(name: &str, species: Species, steps: (u64, u64)) {
+    let slow = species.beta != 0.0;
     let _turn = alone();
+    let began = std::time::Instant::now();
     let found = relative_speed(species, size(14, 32), size(steps.0, steps.1));
-    println!("{name}: {:.3} +- {:.3} U_L", found.mean, found.error);
-    assert!(found.error < size(0.03, 0.015), "{name}: {found:?}");
-    assert!((found.mean - 1.0).abs() < 0.1, "{name}: {found:?}");
+    println!("{name}: {:.3} +- {:.3} U_L in {:.0} s", found.mean, found.error, began.elapsed().as_secs_f64());
+    assert!(found.error < size(if slow { 0.055 } else { 0.03 }, 0.015), "{name}: {found:?}");
+    let allowance = if slow { size(2.0 * found.error, 0.0) } else { 0.0 };
+    assert!((found.mean - 1.0).abs() < 0.1 + allowance, "{name}: {found:?}");
 }
 
 #[test]
@@ -67,12 +74,12 @@ fn a_neutral_prolate_squirmer_swims_as_in_stokes_flow() {
 
 #[test]
 fn a_prolate_pusher_swims_as_in_stokes_flow() {
-    assert_swims("prolate, beta -3", rig::species(4.0, 2.0, 0.2, -3.0), (3600, 40_000));
+    assert_swims("prolate, beta -3", rig::species(4.0, 2.0, 0.1, -3.0), (8000, 100_000));
 }
 
 #[test]
 fn a_prolate_puller_swims_as_in_stokes_flow() {
-    assert_swims("prolate, beta 3", rig::species(4.0, 2.0, 0.2, 3.0), (3600, 40_000));
+    assert_swims("prolate, beta 3", rig::species(4.0, 2.0, 0.1, 3.0), (8000, 100_000));
 }
 
 #[test]

