@@ -223,6 +223,15 @@ fn bookkeeping(plan: &Plan, start: &Balance, end: &Balance) -> Bookkeeping {
     }
 }
 
+/// A mean with its error, where there are values enough to know it.
+fn estimate(mean: f64, error: f64, digits: usize) -> String {
+    if error.is_finite() {
+        format!("{mean:.digits$} +- {error:.digits$}")
+    } else {
+        format!("{mean:.digits$} (too few values for an error)")
+    }
+}
+
 impl fmt::Display for Summary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let s = &self.speed;
@@ -245,9 +254,9 @@ impl fmt::Display for Summary {
                 writeln!(f, "    {:<20} {:5.1} %  {}", t.stage, share, "#".repeat((share / 2.5).round() as usize))?;
             }
         }
-        writeln!(f, "  temperature        {:.4} +- {:.4} kT", self.temperature[0], self.temperature[1])?;
+        writeln!(f, "  temperature        {} kT", estimate(self.temperature[0], self.temperature[1], 4))?;
         for v in &self.swim_speed {
-            write!(f, "  swim speed <V.e>   {:.5} +- {:.5} sqrt(kT/m) ({}); ", v.measured, v.error, v.species)?;
+            write!(f, "  swim speed <V.e>   {} sqrt(kT/m) ({}); ", estimate(v.measured, v.error, 5), v.species)?;
             match v.u_periodic {
                 Some(u) => writeln!(f, "theory {:.5} unbounded, {u:.5} in this periodic box", v.u0)?,
                 None => writeln!(f, "theory {:.5} in an unbounded fluid", v.u0)?,
