@@ -127,6 +127,33 @@ fn rotational_diffusion_is_recovered_within_its_error() {
     assert!((track.speed().mean - 0.1).abs() < 1e-12);
 }
 
+/// An angular velocity that is remembered for tau_r = 5: at short lags the axis turns ballistically, and -ln<e(t).e(0)>/2t is
+/// far below D_R = s^2 (1/2 + phi/(1 - phi)) there (Green and Kubo, summed over whole steps).
+#[test]
+fn inertia_does_not_bias_rotational_diffusion() {
+    let (phi, s, squirmers, steps) = ((-0.2f64).exp(), 0.02, 40, 4000);
+    let mut rng = ChaCha8Rng::seed_from_u64(5);
+    let mut axes: Vec<DVec3> = (0..squirmers).map(|_| DVec3::Z).collect();
+    let mut spins: Vec<DVec3> = axes.iter().map(|_| s * DVec3::from_array([0; 3].map(|_| normal(&mut rng)))).collect();
+    let mut track = Trajectories::default();
+    for step in 0..steps {
+        let sample = |e: &DVec3| Sample { position: DVec3::ZERO, velocity: *e, axis: *e };
+        track.push(step, step as f64, axes.iter().map(sample).collect());
+        for (e, spin) in axes.iter_mut().zip(&mut spins) {
+            *e = (DQuat::from_scaled_axis(*spin) * *e).normalize();
+            let noise = DVec3::from_array([0; 3].map(|_| normal(&mut rng)));
+            *spin = phi * *spin + (1.0 - phi * phi).sqrt() * s * noise;
+        }
+    }
+    let exact = s * s * (0.5 + phi / (1.0 - phi));
+    let found = track.rotational_diffusion();
+    // What inertia leaves is tau_r/t of the first lag used, which is within two errors of the later ones: allow both.
+    assert!(found.error < 0.1 * exact, "{found:?} {exact}");
+    assert!((found.mean - exact).abs() < 5.0 * found.error, "{found:?} {exact}");
+    let first = track.orientations()[0].value.mean;
+    assert!(-first.ln() / 2.0 < 0.2 * exact, "the shortest lag is ballistic");
+}
+
 fn normal(rng: &mut impl Rng) -> f64 {
     let (u, v): (f64, f64) = (1.0 - rng.random::<f64>(), rng.random());
     (-2.0 * u.ln()).sqrt() * (std::f64::consts::TAU * v).cos()

@@ -124,13 +124,15 @@ impl Trajectories {
     }
 
     /// Rotational diffusion coefficient D_R in 1/tau of <e(t).e(0)> = exp(-2 D_R t), fitted where the correlation is
-    /// above 0.3: a line through the origin in the logarithm, each point with the weight of its error.
+    /// above 0.3: a line through the origin in the logarithm, each point with the weight of its error. Lags at which the
+    /// body's inertia still keeps it turning are left out: there -ln<e(t).e(0)>/2t is still rising towards D_R.
     #[must_use]
     pub fn rotational_diffusion(&self) -> Estimate {
         let lookup = self.lookup();
         let used: Vec<Lag> = self.orientations().into_iter().take_while(|l| l.value.mean > 0.3).collect();
+        let used = diffusive(&used);
         let mut series = Vec::new();
-        for lag in &used {
+        for lag in used {
             let steps = (lag.time / self.spacing).round();
             #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
             let values = self.over_origins(&lookup, steps as u64, &turned);
@@ -217,4 +219,13 @@ fn logarithmic(last: u64) -> Vec<u64> {
         next = grown.max(next + 1);
     }
     list
+}
+
+/// The lags from the first one whose -ln<e(t).e(0)>/2t no later lag exceeds by more than two of its errors.
+fn diffusive(lags: &[Lag]) -> &[Lag] {
+    let rate = |l: &Lag| -l.value.mean.ln() / (2.0 * l.time);
+    let error = |l: &Lag| l.value.error / (l.value.mean * 2.0 * l.time);
+    let settled = |k: usize| !lags[k + 1..].iter().any(|later| rate(later) - rate(&lags[k]) > 2.0 * error(later));
+    let first = (0..lags.len()).find(|k| settled(*k)).unwrap_or(0);
+    &lags[first..]
 }
