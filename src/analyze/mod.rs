@@ -4,7 +4,7 @@
 
 pub mod export;
 mod live;
-mod plot;
+pub mod plot;
 mod recording;
 pub mod statistics;
 pub mod swim;

@@ -20,29 +20,38 @@ const PALETTE: [RGBColor; 6] = [
 
 /// Both axes linear, or both logarithmic.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Scale {
+pub enum Scale {
+    /// Both linear.
     Linear,
+    /// Both logarithmic.
     Logarithmic,
 }
 
 /// One set of points.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub(super) struct Curve {
+pub struct Curve {
+    /// In the legend.
     pub name: String,
     /// x, y, error of y.
     pub points: Vec<(f64, f64, f64)>,
     /// What to compare with, as a dashed line.
     pub guide: Vec<(f64, f64)>,
+    /// In the legend.
     pub guide_name: String,
 }
 
 /// A chart.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Chart {
+pub struct Chart {
+    /// Caption.
     pub title: String,
+    /// Label of the x axis.
     pub x: String,
+    /// Label of the y axis.
     pub y: String,
+    /// Of both axes.
     pub scale: Scale,
+    /// What is drawn.
     pub curves: Vec<Curve>,
 }
 
@@ -50,6 +59,9 @@ type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
 impl Chart {
     /// The chart as SVG.
+    ///
+    /// # Errors
+    /// If it cannot be drawn.
     pub fn svg(&self) -> Result<String, AnalyzeError> {
         let mut svg = String::new();
         {

@@ -1,0 +1,47 @@
+//! What is read off the fluid: sums over its particles, as the GPU holds them.
+
+use crate::case::Trouble;
+use glam::{DVec3, Vec3Swizzles};
+use squirm::gpu::Session;
+use squirm::state::{Domain, packed};
+
+/// The fluid's particles at one moment.
+pub struct Fluid {
+    positions: Vec<u32>,
+    velocities: Vec<f32>,
+    domain: Domain,
+}
+
+impl Fluid {
+    /// Reads the particles; waits for the GPU.
+    pub fn of(session: &Session) -> Result<Self, Trouble> {
+        let raw = session.raw()?;
+        Ok(Self { positions: raw.positions, velocities: raw.velocities, domain: session.system().domain.clone() })
+    }
+
+    /// Positions in a and velocities.
+    pub fn particles(&self) -> impl Iterator<Item = (DVec3, DVec3)> + '_ {
+        self.positions.chunks_exact(3).zip(self.velocities.chunks_exact(3)).map(|(x, v)| {
+            let velocity = DVec3::new(v[0].into(), v[1].into(), v[2].into());
+            (packed::unpack_position(&self.domain, [x[0], x[1], x[2]]), velocity)
+        })
+    }
+
+    /// Number of particles.
+    pub fn len(&self) -> usize {
+        self.positions.len() / 3
+    }
+
+    /// Amplitudes of the six waves of the Beltrami flow of wave number k: v_x ~ sin kz, v_y ~ sin kx, v_z ~ sin ky and v_x ~ cos ky,
+    /// v_y ~ cos kz, v_z ~ cos kx.
+    pub fn beltrami(&self, k: f64) -> [f64; 6] {
+        let (mut sines, mut cosines) = (DVec3::ZERO, DVec3::ZERO);
+        for (r, v) in self.particles() {
+            sines += v * (k * r).map(f64::sin).zxy();
+            cosines += v * (k * r).map(f64::cos).yzx();
+        }
+        let scale = 2.0 / self.len() as f64;
+        let (s, c) = (scale * sines, scale * cosines);
+        [s.x, s.y, s.z, c.x, c.y, c.z]
+    }
+}
