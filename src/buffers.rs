@@ -252,10 +252,14 @@ shared! {
         ghosts: u32,
         /// 1 if held in place.
         held: u32,
-        /// Not used.
-        pad0: u32,
-        /// Not used.
-        pad1: u32,
+        /// Semi-axis across e of the surface that the fluid meets.
+        hull_across: f32,
+        /// Semi-axis along e of the surface that the fluid meets.
+        hull_along: f32,
+        /// Constant force in the lab frame.
+        force: vec3f,
+        /// Vorticity of the second mode's flow at the surface, in units of its slip over sqrt(across^2 zeta^2 + along^2 (1 - zeta^2)).
+        vorticity: f32,
     }
 }
 

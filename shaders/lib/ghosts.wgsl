@@ -6,21 +6,26 @@
 struct Ghost {
     // From the squirmer's centre, lab frame, in cells.
     s: vec3<f32>,
-    // Slip velocity of the surface point in its direction, lab frame.
+    // Slip velocity that it carries, lab frame.
     slip: vec3<f32>,
     // Random velocity of variance kT per component.
     random: vec3<f32>,
 }
 
-// Uniform in the spheroid; the surface point is the homothetic one.
-fn ghost(squirmer: u32, index: u32, kind: SpeciesUniform, orientation: vec4<f32>) -> Ghost {
+// Uniform in the hull. The slip is continued into the body as the flow outside would go on, or that of the surface point in the same direction.
+fn ghost(squirmer: u32, index: u32, kind: SpeciesUniform, orientation: vec4<f32>, continued: bool) -> Ghost {
     let u = uniforms(PURPOSE_SQUIRMER_GHOST, squirmer, index, 0u);
     let z = fma(2.0, u.x, -1.0);
     let ring = sqrt(max(0.0, fma(-z, z, 1.0)));
-    let direction = vec3<f32>(ring * cos(TAU * u.y), ring * sin(TAU * u.y), z) * semi_axes(kind);
+    let direction = vec3<f32>(ring * cos(TAU * u.y), ring * sin(TAU * u.y), z);
+    let body = direction * hull(kind) * pow(u.z, 1.0 / 3.0);
     var g: Ghost;
-    g.s = turn(orientation, direction * pow(u.z, 1.0 / 3.0));
-    g.slip = turn(orientation, slip(kind, direction));
+    g.s = turn(orientation, body);
+    if continued {
+        g.slip = turn(orientation, slip_inside(kind, body));
+    } else {
+        g.slip = turn(orientation, slip(kind, direction * hull(kind)));
+    }
     g.random = system.thermal_speed * normals(uniforms(PURPOSE_SQUIRMER_GHOST, squirmer, index, 1u));
     return g;
 }

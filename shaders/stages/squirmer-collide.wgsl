@@ -64,7 +64,7 @@ fn mark_map(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) gr
     let kind = species[squirmers[i].species];
     // A plane that touches the spheroid and has the cell's centre beyond it proves a distance (support function).
     let p = turn_back(squirmers[i].orientation, d);
-    let b = semi_axes(kind);
+    let b = hull(kind);
     if dot(p / b, p / b) > 1.0 {
         let n = normalize(p / (b * b));
         if dot(n, p) - length(b * n) > settings.margin + 0.8661 {
@@ -145,7 +145,7 @@ fn first_hit(found: Event, cell: u32, start: Path, rest: f32) -> Event {
     let elapsed = 1.0 - rest / system.dt;
     for (var k = 0u; k < neighbours(cell); k++) {
         let i = atomicLoad(&squirmer_map[cell * MAP_WORDS + 1u + k]);
-        let b = semi_axes(species[squirmers[i].species]);
+        let b = hull(species[squirmers[i].species]);
         let origin = separation(start.position, squirmers[i].position_before);
         let first = pose_at(i, elapsed);
         let last = pose_at(i, 1.0);
@@ -161,7 +161,7 @@ fn bounce(start: Path, e: Event, elapsed: f32) -> Path {
     var p = start;
     let i = e.squirmer;
     let kind = species[squirmers[i].species];
-    let b = semi_axes(kind);
+    let b = hull(kind);
     let pose = pose_at(i, elapsed);
     let body = normalize(e.contact) * b;
     let s = turn(pose.orientation, body);
@@ -182,7 +182,7 @@ fn expel(start: Path, cell: u32) -> Path {
     var p = start;
     for (var k = 0u; k < neighbours(cell); k++) {
         let i = atomicLoad(&squirmer_map[cell * MAP_WORDS + 1u + k]);
-        let b = semi_axes(species[squirmers[i].species]);
+        let b = hull(species[squirmers[i].species]);
         let r = turn_back(squirmers[i].orientation, separation(p.position, squirmers[i].position)) / b;
         if dot3(r, r) < 1.0 {
             let s = turn(squirmers[i].orientation, normalize(r) * b);
@@ -196,7 +196,7 @@ fn inside_any(p: Path) -> bool {
     let cell = cell_of(p.position);
     for (var k = 0u; k < neighbours(cell); k++) {
         let i = atomicLoad(&squirmer_map[cell * MAP_WORDS + 1u + k]);
-        let b = semi_axes(species[squirmers[i].species]);
+        let b = hull(species[squirmers[i].species]);
         let r = turn_back(squirmers[i].orientation, separation(p.position, squirmers[i].position)) / b;
         if dot3(r, r) < 1.0 {
             return true;

@@ -48,7 +48,7 @@ fn sum(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups:
     if i < system.squirmer_count {
         let kind = species[squirmers[i].species];
         if index < kind.ghosts && settings.equipartition == 1u {
-            let g = ghost(i, index, kind, squirmers[i].orientation);
+            let g = ghost(i, index, kind, squirmers[i].orientation, settings.continued == 1u);
             let spin = cross3(g.s, g.random);
             for (var k = 0u; k < 3u; k++) {
                 collect(k, i32(round(g.s[k] * SUM_SCALE)));
@@ -132,7 +132,7 @@ fn fill(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups
     if index >= kind.ghosts {
         return;
     }
-    let g = ghost(i, index, kind, squirmers[i].orientation);
+    let g = ghost(i, index, kind, squirmers[i].orientation, settings.continued == 1u);
     let place = ghost_place(i, g);
     deposit(place.cell, place.offset, moving_ghost(i, g));
 }
@@ -147,7 +147,7 @@ fn receive(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) gro
     if i < system.squirmer_count {
         let kind = species[squirmers[i].species];
         if index < kind.ghosts {
-            let g = ghost(i, index, kind, squirmers[i].orientation);
+            let g = ghost(i, index, kind, squirmers[i].orientation, settings.continued == 1u);
             let place = ghost_place(i, g);
             let v = moving_ghost(i, g);
             let gain = collided(operator_at(place.cell), place.offset, v) - v;

@@ -228,7 +228,7 @@ fn kick_drift(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) 
     let kind = species[s.species];
     if kind.held == 0u {
         let substep = 2.0 * settings.half_step;
-        s.velocity = fma(steric[2u * i].xyz, vec3<f32>(substep / kind.mass), s.velocity);
+        s.velocity = fma(steric[2u * i].xyz + kind.force, vec3<f32>(substep / kind.mass), s.velocity);
         s.angular_momentum = fma(steric[2u * i + 1u].xyz, vec3<f32>(substep), s.angular_momentum);
     }
     squirmers[i] = drifted(s);

@@ -105,6 +105,37 @@ impl Spheroid {
         self.swim_speed(b1) - 2.0 / 3.0 * b1 * self.volume() / volume_of_box
     }
 
+    /// Vorticity at the surface of the flow that the second squirming mode makes, as a constant A:
+    /// omega = A u/sqrt(across^2 zeta^2 + along^2 (1 - zeta^2)) with the slip u at zeta; A = -3 for a sphere.
+    ///
+    /// From the stream function F3(tau) zeta (1 - zeta^2) of Keller and Wu 1977: A = sqrt(tau^2 - 1) F3''/F3' at the surface,
+    /// F3' = (3 tau^2 - 1) acoth tau - 3 tau; for an oblate body tau is imaginary.
+    #[must_use]
+    pub fn second_mode_vorticity(&self) -> f64 {
+        // x = 1/tau^2; near the sphere by F3' = sum 4 (k - 1)/((2k + 1)(2k - 1)) tau^(1 - 2k) from k = 2 on.
+        let x = 1.0 - (self.across / self.along).powi(2);
+        let ratio = if x.abs() < 0.1 {
+            let series = |factor: fn(f64) -> f64| {
+                (2..22).rev().fold(0.0, |sum, k| {
+                    let k = f64::from(k);
+                    sum * x + factor(k) * 4.0 * (k - 1.0) / ((2.0 * k + 1.0) * (2.0 * k - 1.0))
+                })
+            };
+            series(|k| 1.0 - 2.0 * k) / series(|_| 1.0)
+        } else if x > 0.0 {
+            let tau = x.sqrt().recip();
+            let acoth = tau.recip().atanh();
+            let slope = (3.0 * tau * tau - 1.0) * acoth - 3.0 * tau;
+            tau * (6.0 * tau * acoth - (3.0 * tau * tau - 1.0) / (tau * tau - 1.0) - 3.0) / slope
+        } else {
+            let lambda = (-x).sqrt().recip();
+            let acot = lambda.recip().atan();
+            let slope = 3.0 * lambda - (3.0 * lambda * lambda + 1.0) * acot;
+            lambda * (3.0 + (3.0 * lambda * lambda + 1.0) / (1.0 + lambda * lambda) - 6.0 * lambda * acot) / slope
+        };
+        ratio * (1.0 - x).sqrt()
+    }
+
     /// Half the body's extent along a lab direction with which e has the cosine `e_y`.
     #[must_use]
     pub fn half_height(&self, e_y: f64) -> f64 {

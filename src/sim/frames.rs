@@ -189,7 +189,7 @@ fn species_row(s: &crate::state::Species) -> SpeciesRow {
 
 fn angular_velocity(system: &System, s: &Squirmer) -> DVec3 {
     let species = &system.species[s.species];
-    let (along, across) = species.spheroid().inertia(f64::from(species.ghosts(&system.fluid)));
+    let (along, across) = species.hull().inertia(f64::from(species.ghosts(&system.fluid)));
     let body = s.orientation.inverse() * s.angular_momentum;
     s.orientation * (body / DVec3::new(across, across, along))
 }

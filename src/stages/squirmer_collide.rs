@@ -1,6 +1,6 @@
 //! squirmer-collide: fluid particles bounce off the squirmers' moving, slipping surfaces.
 
-use super::squirmer_fill::{absorb, slip};
+use super::squirmer_fill::absorb;
 use super::stream::{bounce, fly, next_wall, wrap};
 use super::{Finding, Gravity, Phase, Stage};
 use crate::buffers::Extent;
@@ -98,7 +98,7 @@ impl Stage for SquirmerCollide {
 
 /// A squirmer on its way through the step.
 struct Body {
-    /// Semi-axes along the body's x, y and z.
+    /// Semi-axes along the body's x, y and z of the surface that the fluid meets.
     axes: DVec3,
     slip: Slip,
     start: Motion,
@@ -111,7 +111,7 @@ struct Body {
 fn bodies(system: &System, scene: &Scene) -> Vec<Body> {
     let body = |(i, squirmer): (usize, &Squirmer)| {
         let species = &system.species[squirmer.species];
-        let shape = species.spheroid();
+        let hull = species.hull();
         // Without a stage that moves squirmers they rest.
         let rest = Motion {
             position: squirmer.position,
@@ -121,8 +121,8 @@ fn bodies(system: &System, scene: &Scene) -> Vec<Body> {
         };
         let start = scene.motions.get(i).copied().unwrap_or(rest);
         Body {
-            axes: DVec3::new(shape.across, shape.across, shape.along),
-            slip: slip(species),
+            axes: DVec3::new(hull.across, hull.across, hull.along),
+            slip: species.hull_slip(),
             start,
             displacement: nearest(&system.domain, squirmer.position - start.position),
             orientation: squirmer.orientation,

@@ -5,7 +5,6 @@ use crate::buffers::Extent;
 use crate::math::draws::{direction, normals};
 use crate::math::linear::pseudo_inverse;
 use crate::math::rng::{Draw, Purpose};
-use crate::math::surface::Slip;
 use crate::state::scene::{Load, Scene, outer};
 use crate::state::{Species, Squirmer, System};
 use crate::{params, shared};
@@ -21,6 +20,10 @@ params! {
         /// the rigid motion of all ghosts of a squirmer is taken out of their thermal velocities, so that the body and its
         /// ghosts together are a sample at the fluid's temperature.
         pub ghosts: String = "equipartition"; "", Choice(&["equipartition", "published"]);
+        /// continued: ghosts move as the squirmer's own flow, continued from the surface to where they are, so that they do not drag
+        /// on it. constant: they carry the slip of the surface point in their direction from the centre, as published, which
+        /// costs some per cent of the swim speed and more of the stresslet.
+        pub slip: String = "continued"; "", Choice(&["continued", "constant"]);
     }
 }
 
@@ -29,6 +32,8 @@ shared! {
     pub struct SquirmerFillSettings {
         /// 1 if the thermal velocities have no rigid part.
         equipartition: u32,
+        /// 1 if the slip is continued into the body as the flow outside goes on.
+        continued: u32,
     }
 }
 
@@ -59,13 +64,16 @@ impl Stage for SquirmerFill {
     }
 
     fn uniform(params: &Self, _: &System) -> SquirmerFillSettings {
-        SquirmerFillSettings { equipartition: (params.ghosts == "equipartition").into() }
+        SquirmerFillSettings {
+            equipartition: (params.ghosts == "equipartition").into(),
+            continued: (params.slip == "continued").into(),
+        }
     }
 
     fn reference(params: &Self, system: &System, scene: &mut Scene) {
         scene.ghost_motion.clear();
         for owner in 0..scene.state.squirmers.len() {
-            let ghosts = ghosts(system, scene, owner);
+            let ghosts = ghosts(params, system, scene, owner);
             let squirmer = &scene.state.squirmers[owner];
             let (mut linear, mut angular) = (squirmer.velocity, spin(system, squirmer));
             if params.ghosts == "equipartition" {
@@ -82,12 +90,12 @@ impl Stage for SquirmerFill {
         }
     }
 
-    fn reference_receive(_: &Self, system: &System, scene: &mut Scene) {
+    fn reference_receive(params: &Self, system: &System, scene: &mut Scene) {
         scene.loads.resize(scene.state.squirmers.len(), Load::default());
         for owner in 0..scene.state.squirmers.len() {
             let (linear, angular) = scene.ghost_motion[owner];
             let mut gained = Load::default();
-            for ghost in ghosts(system, scene, owner) {
+            for ghost in ghosts(params, system, scene, owner) {
                 let before = ghost.velocity(linear, angular);
                 let (cell, offset) = scene.locate(system, squirmer_position(scene, owner) + ghost.arm);
                 let impulse = scene.operators[cell].apply(offset, before) - before;
@@ -112,22 +120,23 @@ impl Ghost {
     }
 }
 
-/// The ghosts of one squirmer in this step: points of the unit ball, stretched and turned with the body. The slip is that
-/// of the surface point in the same direction from the centre.
-fn ghosts(system: &System, scene: &Scene, owner: usize) -> Vec<Ghost> {
+/// The ghosts of one squirmer in this step: points of the unit ball, stretched to the hull and turned with the body.
+fn ghosts(params: &SquirmerFill, system: &System, scene: &Scene, owner: usize) -> Vec<Ghost> {
     let squirmer = &scene.state.squirmers[owner];
     let species = &system.species[squirmer.species];
-    let shape = species.spheroid();
+    let shape = species.hull();
     let stretch = DVec3::new(shape.across, shape.across, shape.along);
-    let slip = slip(species);
+    let slip = species.hull_slip();
     let draw = Draw::new(system.run.seed, Purpose::SquirmerGhost, scene.state.step);
     let owner = u32::try_from(owner).expect("squirmers are counted in u32");
     let ghost = |index| {
         let u = draw.uniforms(owner, index, 0);
         let on_surface = stretch * direction(u[0], u[1]);
+        let arm = u[2].cbrt() * on_surface;
+        let slip = if params.slip == "continued" { slip.inside(shape, arm) } else { slip.at(shape, on_surface) };
         Ghost {
-            arm: squirmer.orientation * (u[2].cbrt() * on_surface),
-            slip: squirmer.orientation * slip.at(shape, on_surface),
+            arm: squirmer.orientation * arm,
+            slip: squirmer.orientation * slip,
             thermal: system.fluid.temperature.sqrt() * normals(draw.uniforms(owner, index, 1)),
         }
     };
@@ -153,19 +162,11 @@ fn squirmer_position(scene: &Scene, owner: usize) -> DVec3 {
     scene.state.squirmers[owner].position
 }
 
-/// The slip of a species.
-pub(super) fn slip(species: &Species) -> Slip {
-    Slip { b1: species.b1, beta: species.beta, rotlet: species.rotlet }
-}
-
 /// The angular velocity: the body is a homogeneous spheroid of its ghosts' mass.
 pub(super) fn spin(system: &System, squirmer: &Squirmer) -> DVec3 {
     let species = &system.species[squirmer.species];
     let mass = f64::from(species.ghosts(&system.fluid));
-    let shape = species.spheroid();
-    let across_sq = shape.across * shape.across;
-    let about_axis = 0.4 * mass * across_sq;
-    let about_others = 0.2 * mass * (across_sq + shape.along * shape.along);
+    let (about_axis, about_others) = species.hull().inertia(mass);
     let axis = squirmer.axis();
     let along = axis * axis.dot(squirmer.angular_momentum);
     along / about_axis + (squirmer.angular_momentum - along) / about_others

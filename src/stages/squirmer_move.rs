@@ -109,6 +109,17 @@ impl Stage for SquirmerMove {
                 "make the box longer, or the squirmers smaller",
             );
         }
+        for species in system.species.iter().filter(|s| s.offset > params.safety) {
+            warn(
+                "safety",
+                format!(
+                    "the surface that the fluid meets lies {} a outside species `{}`, steric forces only {} a: two bodies may \
+                     claim the same fluid",
+                    species.offset, species.name, params.safety
+                ),
+                "raise `safety` to the species' `offset` at least",
+            );
+        }
         // Verlet is unstable from omega h = 2 on; at contact U'' is 456 epsilon/sigma^2, and the reduced mass is M/2.
         let lightest = system
             .species
@@ -165,7 +176,8 @@ impl Stage for SquirmerMove {
             for (squirmer, load) in scene.state.squirmers.iter_mut().zip(&scene.steric) {
                 let species = &system.species[squirmer.species];
                 if !species.held {
-                    squirmer.velocity += load.force * substep / f64::from(species.ghosts(&system.fluid));
+                    squirmer.velocity += (load.force + DVec3::from_array(species.force)) * substep
+                        / f64::from(species.ghosts(&system.fluid));
                     squirmer.angular_momentum += load.torque * substep;
                 }
             }
@@ -181,7 +193,7 @@ fn drift(system: &System, scene: &mut Scene, t: f64, share: f64) {
         if species.held {
             continue;
         }
-        let (along, across) = species.spheroid().inertia(f64::from(species.ghosts(&system.fluid)));
+        let (along, across) = species.hull().inertia(f64::from(species.ghosts(&system.fluid)));
         let top = Top { along, across };
         // The middle of the turn stands for its mean: exact to second order in the angle.
         let middle = top.turn(squirmer.orientation, squirmer.angular_momentum, 0.5 * t);
@@ -249,6 +261,8 @@ mod tests {
             b1: 0.0,
             beta: 0.0,
             rotlet: 0.0,
+            offset: 0.0,
+            force: [0.0; 3],
             passive: true,
             held: false,
             start: "random".into(),
@@ -275,7 +289,7 @@ mod tests {
             |s: &Squirmer| Body { shape: system.species[s.species].spheroid().grown(params.safety), axis: s.axis() };
         let mut sum = 0.0;
         for (i, s) in squirmers.iter().enumerate() {
-            let (along, across) = system.species[s.species].spheroid().inertia(mass(system, s));
+            let (along, across) = system.species[s.species].hull().inertia(mass(system, s));
             sum += 0.5 * mass(system, s) * s.velocity.length_squared();
             sum += Top { along, across }.energy(s.orientation, s.angular_momentum);
             for other in &squirmers[i + 1..] {

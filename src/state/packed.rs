@@ -117,18 +117,23 @@ pub fn pack_species(system: &System) -> Vec<SpeciesUniform> {
         .iter()
         .map(|s| {
             let ghosts = s.ghosts(&system.fluid);
-            let (along, across) = s.spheroid().inertia(f64::from(ghosts));
+            let slip = s.hull_slip();
+            let (along, across) = s.hull().inertia(f64::from(ghosts));
             SpeciesUniform {
                 across: s.semi_axes.across as f32,
                 along: s.semi_axes.along as f32,
-                b1: s.b1 as f32,
-                b2: (s.b1 * s.beta) as f32,
-                rotlet: s.rotlet as f32,
+                b1: slip.b1 as f32,
+                b2: slip.b2 as f32,
+                rotlet: slip.rotlet as f32,
                 mass: ghosts as f32,
                 inertia_along: along as f32,
                 inertia_across: across as f32,
                 ghosts,
                 held: u32::from(s.held),
+                hull_across: s.hull().across as f32,
+                hull_along: s.hull().along as f32,
+                force: s.force.map(|c| c as f32),
+                vorticity: s.hull().second_mode_vorticity() as f32,
                 ..SpeciesUniform::default()
             }
         })
@@ -155,10 +160,10 @@ pub fn sizes(system: &System, particles: u64) -> Sizes {
     }
 }
 
-/// Largest semi-axis of any species; 0 without squirmers.
+/// Largest semi-axis of any hull; 0 without squirmers.
 #[must_use]
 pub fn longest_semi_axis(system: &System) -> f64 {
-    system.species.iter().map(|s| s.semi_axes.along.max(s.semi_axes.across)).fold(0.0, f64::max)
+    system.species.iter().map(|s| s.hull().radius()).fold(0.0, f64::max)
 }
 
 /// Distance from a squirmer within which a particle can meet it in one step: half the longest path of one step.

@@ -122,7 +122,7 @@ fn thermal(system: &System, index: usize, species: usize, (position, orientation
     let (mut velocity, mut angular_momentum) = (DVec3::ZERO, DVec3::ZERO);
     if !kind.held {
         let mass = f64::from(kind.ghosts(&system.fluid));
-        let (along, across) = kind.spheroid().inertia(mass);
+        let (along, across) = kind.hull().inertia(mass);
         #[allow(clippy::cast_possible_truncation)]
         let mut stream = Stream::new(system.run.seed, Use::Motion, index as u32);
         let thermal = system.fluid.temperature.sqrt();

@@ -1,6 +1,8 @@
 //! The physical system as the pipeline file declares it: sections written once, shared by every stage.
 
+use crate::math::flow::SquirmerFlow;
 use crate::math::spheroid::Spheroid;
+use crate::math::surface::Slip;
 use crate::params;
 
 params! {
@@ -70,6 +72,9 @@ params! {
         pub count: u32; "", Integer { min: 1, max: 1_000_000 };
         /// Shape.
         pub semi_axes: SemiAxes; "a", Table { fields: <SemiAxes as params::Params>::fields };
+        /// How far outside the semi-axes the surface lies on which the fluid bounces and that ghosts fill. The fluid sticks to
+        /// a surface about 0.12 a inside that one, so this much puts it where it is meant; 0 is the published model.
+        pub offset: f64 = 0.0; "a", Float { min: 0.0, max: 0.5 };
         /// Strength of the swimming mode: u = -B1 (1 + beta zeta) (e_zeta . e) e_zeta; positive swims along e.
         pub b1: f64 = 0.0; "sqrt(kT/m)", Float { min: -1.0, max: 1.0 };
         /// Active stress: negative pusher, zero neutral, positive puller.
@@ -78,6 +83,9 @@ params! {
         pub rotlet: f64 = 0.0; "sqrt(kT/m)", Float { min: -1.0, max: 1.0 };
         /// A passive body: no slip velocity; b1, beta and rotlet must be left out.
         pub passive: bool = false; "", Boolean;
+        /// Constant force on each squirmer, in the lab frame. Nothing balances it: in a periodic box give the fluid the
+        /// opposite one by `acceleration`.
+        pub force: [f64; 3] = [0.0; 3]; "kT/a", Vector { len: 3, min: -1e4, max: 1e4 };
         /// Held in place: neither moves nor turns, and the force on it is recorded.
         pub held: bool = false; "", Boolean;
         /// random: without overlap; lattice: evenly spaced, along x; listed: as given in `poses`.
@@ -134,17 +142,37 @@ impl Domain {
 }
 
 impl Species {
-    /// The shape.
+    /// The nominal shape: that of steric forces and of theory.
     #[must_use]
     pub fn spheroid(&self) -> Spheroid {
         Spheroid { along: self.semi_axes.along, across: self.semi_axes.across }
     }
 
-    /// Ghost particles inside one squirmer, N_g = round(gamma V); its mass is M = m N_g.
+    /// The shape that keeps the fluid out, slips along it and is filled with ghosts: both semi-axes longer by `offset`.
+    #[must_use]
+    pub fn hull(&self) -> Spheroid {
+        self.spheroid().grown(self.offset)
+    }
+
+    /// Strengths of the slip along the hull: such that the hull swims as fast as the nominal body would in Stokes flow, with the
+    /// same stresslet, and with the same rotlet dipole (as for spheres, whose r^-3 field it scales with the volume).
+    #[must_use]
+    pub fn hull_slip(&self) -> Slip {
+        let (shape, hull) = (self.spheroid(), self.hull());
+        let stresslet = |shape: Spheroid| SquirmerFlow::new(shape, 0.0, 1.0).far_field();
+        let b1 = self.b1 * shape.swim_speed(1.0) / hull.swim_speed(1.0);
+        Slip {
+            b1,
+            b2: self.b1 * self.beta * stresslet(shape) / stresslet(hull),
+            rotlet: self.rotlet * shape.volume() / hull.volume(),
+        }
+    }
+
+    /// Ghost particles inside one squirmer, N_g = round(gamma V) of its hull; its mass is M = m N_g.
     #[must_use]
     pub fn ghosts(&self, fluid: &Fluid) -> u32 {
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-        let n = (fluid.density * self.spheroid().volume()).round() as u32;
+        let n = (fluid.density * self.hull().volume()).round() as u32;
         n.max(1)
     }
 }
@@ -164,7 +192,7 @@ impl System {
     /// Volume open to the fluid, in a^3.
     #[must_use]
     pub fn fluid_volume(&self) -> f64 {
-        let bodies: f64 = self.species.iter().map(|s| f64::from(s.count) * s.spheroid().volume()).sum();
+        let bodies: f64 = self.species.iter().map(|s| f64::from(s.count) * s.hull().volume()).sum();
         self.domain.volume() - bodies
     }
 

@@ -39,6 +39,8 @@ fn species(along: f64, across: f64) -> Species {
         name: "squirmer".into(),
         count: 1,
         semi_axes: SemiAxes { along, across },
+        offset: 0.0,
+        force: [0.0; 3],
         b1: 0.0,
         beta: 0.0,
         rotlet: 0.0,

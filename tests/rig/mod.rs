@@ -36,6 +36,8 @@ pub fn species(along: f64, across: f64, b1: f64, beta: f64) -> Species {
         name: "squirmer".into(),
         count: 1,
         semi_axes: SemiAxes { along, across },
+        offset: 0.0,
+        force: [0.0; 3],
         b1,
         beta,
         rotlet: 0.0,

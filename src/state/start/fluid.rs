@@ -30,7 +30,7 @@ impl<'a> Bodies<'a> {
         let edge = (system.domain.volume() / GRID).cbrt().max(1.0);
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
         let counts = lengths(&system.domain).to_array().map(|l| ((l / edge) as usize).max(1));
-        let body = |s: &Squirmer| (s.position, s.axis(), system.species[s.species].spheroid().grown(CLEARANCE));
+        let body = |s: &Squirmer| (s.position, s.axis(), system.species[s.species].hull().grown(CLEARANCE));
         let mut index = Self {
             system,
             bodies: squirmers.iter().map(body).collect(),

@@ -87,7 +87,7 @@ fn fits(system: &System, species: &Species, wanted: f64) -> Result<(), StartErro
 }
 
 fn bare(species: &Species, orientation: DQuat) -> Body {
-    Body { shape: species.spheroid(), axis: orientation * DVec3::Z }
+    Body { shape: species.hull(), axis: orientation * DVec3::Z }
 }
 
 fn with_margin(species: &Species, e: DVec3) -> Body {

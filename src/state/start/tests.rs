@@ -22,6 +22,8 @@ pub(super) fn species(count: u32, along: f64, across: f64) -> Species {
         name: "swimmer".into(),
         count,
         semi_axes: SemiAxes { along, across },
+        offset: 0.0,
+        force: [0.0; 3],
         b1: 0.1,
         beta: 0.0,
         rotlet: 0.0,
