@@ -14,7 +14,8 @@ fn stages(kinds: &[&'static str]) -> Vec<(&'static str, squirm::params::Values)>
         "rotate" => Rotate { angle: 130.0 }.to_values(),
         "restore-thermostat" => RestoreThermostat { mode: "thermostat".into(), angular_momentum: true }.to_values(),
         "squirmer-fill" => SquirmerFill { ghosts: "equipartition".into() }.to_values(),
-        _ => WallGhosts {}.to_values(),
+        "wall-ghosts" => WallGhosts { velocity: "wall".into(), patch: 8, memory: 2.0 }.to_values(),
+        kind => panic!("no parameters for `{kind}`"),
     };
     kinds.iter().map(|kind| (*kind, values(kind))).collect()
 }
