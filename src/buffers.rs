@@ -44,6 +44,8 @@ pub enum Extent {
     Cells,
     /// Cells cut by a wall: two layers.
     WallCells,
+    /// Patches of the walls over which the shear is averaged, at their smallest: [`SMALLEST_PATCH`] cells along either edge.
+    WallPatches,
     /// Squirmers.
     Squirmers,
     /// Squirmer species.
@@ -61,6 +63,9 @@ pub enum Extent {
     /// Fluid particles that a snapshot takes.
     Samples,
 }
+
+/// Cells along the edge of the smallest patch of a wall.
+pub const SMALLEST_PATCH: u32 = 4;
 
 /// What can go wrong inside a kernel: a bit of the first word of `faults`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -281,7 +286,7 @@ const fn buffer(name: &'static str, life: Life, extent: Extent, words: usize, do
     Buffer { name, doc, life, extent, words }
 }
 
-use Extent::{Bins, Blocks, Cells, Coarse, One, Particles, Samples, Species, Squirmers};
+use Extent::{Bins, Blocks, Cells, Coarse, One, Particles, Samples, Species, Squirmers, WallPatches};
 use Life::{Derived, Persistent, Scratch, Setting};
 
 /// Every buffer. `settings` stands for the uniform of the stage that binds it.
@@ -325,6 +330,20 @@ pub const CATALOGUE: &[Buffer] = &[
         One,
         64 * 12,
         "momentum handed to the low and the high wall since the start: 64 partial sums of six wide sums",
+    ),
+    buffer(
+        "wall_shear",
+        Persistent,
+        WallPatches,
+        5,
+        "fluid beside each patch of the walls: averages of sum y (v - u_w) along x and z and of sum y^2, shear along x and z",
+    ),
+    buffer(
+        "wall_sums",
+        Scratch,
+        WallPatches,
+        6,
+        "sum y (v - u_w) along x and z and sum y^2 of this step beside each patch of the walls: three wide sums, else zero",
     ),
     buffer("faults", Persistent, One, 8, "what went wrong: flags, where and when first"),
     buffer("shift", Derived(&[]), One, 4, "grid shift of this step, in coordinate units"),
@@ -371,6 +390,8 @@ pub struct Sizes {
     pub cells: u64,
     /// Cells in the two layers at the walls; 0 without walls.
     pub wall_cells: u64,
+    /// Smallest patches of the two walls; 0 without walls.
+    pub wall_patches: u64,
     /// Squirmers.
     pub squirmers: u64,
     /// Species.
@@ -396,6 +417,7 @@ impl Sizes {
             Extent::Particles => self.particles,
             Extent::Cells => self.cells,
             Extent::WallCells => self.wall_cells,
+            Extent::WallPatches => self.wall_patches,
             Extent::Squirmers => self.squirmers,
             Extent::Species => self.species,
             Extent::SquirmerGhosts => self.squirmers * self.ghost_stride,

@@ -4,6 +4,7 @@ use super::kernels::Kernel;
 use crate::buffers::{Buffer, CATALOGUE, Sizes};
 use crate::math::steric::{SAFETY, SIGMA};
 use crate::state::System;
+use crate::state::packed::smallest_patches;
 
 /// Room by which a bin is wider than the farthest contact, in a.
 const BIN_SLACK: f64 = 0.1;
@@ -23,6 +24,7 @@ pub fn sizes(system: &System) -> Sizes {
         particles: system.particle_count(),
         cells: system.domain.cells().iter().map(|n| u64::from(*n)).product(),
         wall_cells: if system.domain.walls.is_some() { 2 * u64::from(x) * u64::from(z) } else { 0 },
+        wall_patches: system.domain.walls.as_ref().map_or(0, |_| smallest_patches(system.domain.cells())),
         squirmers: u64::from(system.squirmer_count()),
         species: system.species.len() as u64,
         ghost_stride: u64::from(ghosts).next_multiple_of(64),
@@ -97,6 +99,7 @@ mod tests {
         let s = sizes(&system(true, &[(6.0, 3.0), (2.0, 2.0)]));
         assert_eq!(s.cells, 30 * 11 * 20);
         assert_eq!(s.wall_cells, 2 * 30 * 20);
+        assert_eq!(s.wall_patches, 2 * 8 * 5);
         assert_eq!((s.squirmers, s.species), (6, 2));
         assert_eq!(s.ghost_stride, 2304);
         assert_eq!(s.box_edge, 16);

@@ -48,7 +48,7 @@ impl Stage for SquirmerFill {
     ];
     const RECEIVE: &'static [Phase] =
         &[Phase { entry: "receive", over: Extent::SquirmerGhosts }, Phase { entry: "absorb", over: Extent::Squirmers }];
-    const AFTER: &'static [&'static str] = &["cell-reduce", "squirmer-collide"];
+    const AFTER: &'static [&'static str] = &["cell-reduce", "squirmer-collide", "wall-ghosts"];
     type Params = Self;
     type Uniform = SquirmerFillSettings;
 

@@ -1,7 +1,7 @@
 //! Between the host's f64 state and the words that the GPU's buffers hold.
 
 use super::{Domain, Particle, Squirmer, State, System};
-use crate::buffers::{Sizes, SpeciesUniform, SquirmerState, SystemUniform};
+use crate::buffers::{SMALLEST_PATCH, Sizes, SpeciesUniform, SquirmerState, SystemUniform};
 use crate::math::fixed::Scales;
 use glam::{DQuat, DVec3};
 
@@ -150,6 +150,7 @@ pub fn sizes(system: &System, particles: u64) -> Sizes {
         particles,
         cells: cells.iter().map(|n| u64::from(*n)).product(),
         wall_cells: if walled { 2 * u64::from(cells[0]) * u64::from(cells[2]) } else { 0 },
+        wall_patches: if walled { smallest_patches(cells) } else { 0 },
         squirmers: u64::from(system.squirmer_count()),
         species: system.species.len() as u64,
         ghost_stride: u64::from(ghosts.next_multiple_of(64)),
@@ -158,6 +159,12 @@ pub fn sizes(system: &System, particles: u64) -> Sizes {
         coarse: 0,
         samples: 0,
     }
+}
+
+/// Smallest patches of both walls, for a grid of these cells; those at the end may be cut.
+#[must_use]
+pub fn smallest_patches(cells: [u32; 3]) -> u64 {
+    2 * [cells[0], cells[2]].iter().map(|n| u64::from(n.div_ceil(SMALLEST_PATCH))).product::<u64>()
 }
 
 /// Largest semi-axis of any hull; 0 without squirmers.

@@ -88,6 +88,17 @@ pub struct Load {
     pub torque: DVec3,
 }
 
+/// The fluid beside one patch of a wall, y being the distance from the wall; averages over the past.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct WallShear {
+    /// sum y (v - u_w), tangential components.
+    pub moment: DVec3,
+    /// sum y^2 in a^2.
+    pub weight: f64,
+    /// Gradient of the fluid's tangential velocity along the inward normal, in 1/tau.
+    pub shear: DVec3,
+}
+
 /// Everything a step has computed so far.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Scene {
@@ -109,6 +120,8 @@ pub struct Scene {
     pub ghost_motion: Vec<(DVec3, DVec3)>,
     /// Momentum handed to the walls at y = 0 and y = L since the start.
     pub wall_impulses: [DVec3; 2],
+    /// Per patch of the walls, x fastest, then z, then the wall: carried from step to step.
+    pub wall_shear: Vec<WallShear>,
 }
 
 impl Scene {

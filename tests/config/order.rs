@@ -38,7 +38,7 @@ fn a_missing_stage_is_named_by_who_needs_its_result() {
     assert!(found[0].contains("add a [[stage]] with kind = \"shift-grid\" before `sort-reorder`"), "{found:#?}");
 
     let found = lines(&changed(&[("[[stage]]\nkind = \"cell-reduce\"\n", "")]), &[]);
-    assert!(found.iter().any(|l| l.starts_with("f.toml:34:8: error: `wall-ghosts` adds to `moments`")), "{found:#?}");
+    assert!(found.iter().any(|l| l.starts_with("f.toml:34:8: error: `wall-ghosts` reads `moments`")), "{found:#?}");
 }
 
 #[test]

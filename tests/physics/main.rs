@@ -7,6 +7,7 @@
 mod rig;
 
 mod conservation;
+mod couette;
 mod density;
 mod exclusion;
 mod poiseuille;

@@ -13,8 +13,9 @@ fn stages(kinds: &[&'static str]) -> Vec<(&'static str, squirm::params::Values)>
     let values = |kind| match kind {
         "rotate" => Rotate { angle: 130.0 }.to_values(),
         "restore-thermostat" => RestoreThermostat { mode: "thermostat".into(), angular_momentum: true }.to_values(),
-        "squirmer-fill" => SquirmerFill { ghosts: "equipartition".into() }.to_values(),
-        _ => WallGhosts {}.to_values(),
+        "squirmer-fill" => SquirmerFill { ghosts: "equipartition".into(), slip: "continued".into() }.to_values(),
+        "wall-ghosts" => WallGhosts { velocity: "wall".into(), patch: 8, memory: 2.0 }.to_values(),
+        kind => panic!("no parameters for `{kind}`"),
     };
     kinds.iter().map(|kind| (*kind, values(kind))).collect()
 }
@@ -113,7 +114,7 @@ fn filled(system: &System, scene: &Scene, step: u64, ghosts: &str) -> Scene {
     scene.state.particles.clear();
     ShiftGrid::reference(&ShiftGrid {}, system, &mut scene);
     CellReduce::reference(&CellReduce {}, system, &mut scene);
-    SquirmerFill::reference(&SquirmerFill { ghosts: ghosts.into() }, system, &mut scene);
+    SquirmerFill::reference(&SquirmerFill { ghosts: ghosts.into(), slip: "continued".into() }, system, &mut scene);
     scene
 }
 

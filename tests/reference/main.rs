@@ -3,6 +3,7 @@
 mod cells;
 mod flight;
 mod ghosts;
+mod wall_shear;
 
 use glam::{DQuat, DVec3};
 use squirm::math::draws::normals;

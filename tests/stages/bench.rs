@@ -9,7 +9,7 @@ use squirm::math::draws::normals;
 use squirm::math::fixed::Scales;
 use squirm::math::rng::{Draw, Purpose};
 use squirm::params::Value;
-use squirm::state::scene::{Load, Moments, Motion, Operator, Scene};
+use squirm::state::scene::{Load, Moments, Motion, Operator, Scene, WallShear};
 use squirm::state::{Particle, Squirmer, State, System, packed};
 
 /// Half a unit in the last place of a number near 1: the relative error of one f32 rounding.
@@ -96,6 +96,9 @@ impl Bench {
         if self.binds("ghost_motion") {
             self.scene.ghost_motion = self.ghost_motion();
         }
+        if self.binds("wall_shear") {
+            self.scene.wall_shear = self.wall_shear();
+        }
         self.scene.loads = self.loads();
     }
 
@@ -172,6 +175,16 @@ impl Bench {
         let motion = |w: &[f64]| (DVec3::from_slice(w), DVec3::from_slice(&w[4..]));
         let count = self.system().squirmer_count() as usize;
         self.floats("ghost_motion").chunks_exact(8).take(count).map(motion).collect()
+    }
+
+    /// Of every patch that the buffer has room for.
+    pub fn wall_shear(&self) -> Vec<WallShear> {
+        let patch = |w: &[f64]| WallShear {
+            moment: DVec3::new(w[0], 0.0, w[1]),
+            weight: w[2],
+            shear: DVec3::new(w[3], 0.0, w[4]),
+        };
+        self.floats("wall_shear").chunks_exact(5).map(patch).collect()
     }
 
     /// Momentum and angular momentum that the fluid handed to each squirmer in this step.

@@ -3,6 +3,7 @@
 use crate::bench::*;
 use crate::rig;
 use glam::DVec3;
+use squirm::params::Value;
 use squirm::state::start::start;
 use squirm::state::{Species, State, System, Walls};
 
@@ -21,18 +22,28 @@ pub fn active_slit() -> (System, State) {
     (system, state)
 }
 
+/// Wall ghosts that continue the flow, with patches of 4 x 4 cells.
+pub fn continued() -> [Change; 2] {
+    let word = Value::Text("continued".into());
+    [("wall-ghosts", "velocity", word), ("wall-ghosts", "patch", Value::Integer(4))]
+}
+
 #[test]
 fn two_sessions_with_one_seed_agree_in_every_bit() {
     let (mut system, start) = active_slit();
-    let digest = |system: &System| {
-        let mut bench = Bench::new(system, &start, rig::EVERYTHING, &[]);
-        bench.session.advance(50, false);
+    let run = |system: &System, steps, changes: &[Change]| {
+        let mut bench = Bench::new(system, &start, rig::EVERYTHING, changes);
+        bench.session.advance(steps, false);
         let digest = bench.session.raw().expect("readable").digest();
         assert_eq!(bench.faults(), 0);
         digest
     };
+    let digest = |system: &System| run(system, 50, &[]);
     let first = digest(&system);
     assert_eq!(first, digest(&system));
+    let other = run(&system, 20, &continued());
+    assert_eq!(other, run(&system, 20, &continued()));
+    assert_ne!(other, run(&system, 20, &[]));
     system.run.seed += 1;
     assert_ne!(first, digest(&system));
     system.run.seed += (1 << 32) - 1;
@@ -50,10 +61,16 @@ fn fluid_squirmers_and_walls_keep_their_momentum() {
     start.squirmers.remove(1);
     (system.species[0].count, system.species[1].count) = (1, 1);
     system.species.truncate(2);
-    let mut bench = Bench::new(&system, &start, rig::EVERYTHING, &[]);
+    for changes in [Vec::new(), continued().to_vec()] {
+        keeps_momentum(&system, &start, &changes);
+    }
+}
+
+fn keeps_momentum(system: &System, start: &State, changes: &[Change]) {
+    let mut bench = Bench::new(system, start, rig::EVERYTHING, changes);
     let total = |bench: &Bench| {
         let state = &bench.scene.state;
-        let bodies: DVec3 = state.squirmers.iter().map(|s| mass(&system, s) * s.velocity).sum();
+        let bodies: DVec3 = state.squirmers.iter().map(|s| mass(system, s) * s.velocity).sum();
         let walls = bench.scene.wall_impulses;
         (momentum(&state.particles) + bodies + walls[0] + walls[1], bodies)
     };

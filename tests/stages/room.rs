@@ -1,6 +1,7 @@
 //! No kernel touches what lies beyond the end of its buffers as the catalogue has them: writes there are dropped without a word.
 
-use crate::collision::active_slit;
+use crate::bench::Change;
+use crate::collision::{active_slit, continued};
 use crate::rig;
 use squirm::gpu::Session;
 
@@ -19,8 +20,13 @@ fn tails(session: &Session) -> Vec<(&'static str, usize, Vec<u8>)> {
 
 #[test]
 fn no_stage_writes_or_reads_beyond_its_buffers() {
+    stays_within(&[]);
+    stays_within(&continued());
+}
+
+fn stays_within(changes: &[Change]) {
     let (system, state) = active_slit();
-    let plan = rig::plan(&system, rig::EVERYTHING, &[]);
+    let plan = rig::plan(&system, rig::EVERYTHING, changes);
     let mut watched = Session::with_room(rig::gpu(), &plan, &state, ROOM).expect("a session");
     let mut seen = 0;
     for (name, bytes) in watched.buffers() {
@@ -44,7 +50,8 @@ fn no_stage_writes_or_reads_beyond_its_buffers() {
         let (with, without) = (watched.read::<u8>(name).expect("bytes"), plain.read::<u8>(name).expect("bytes"));
         let end = usize::try_from(bytes).expect("small");
         // Order in memory and lists filled by atomic counters may differ.
-        let ordered = ["squirmers", "fluid_force", "steric", "ghost_sums", "ghost_motion", "moments", "operators"];
+        let ordered =
+            ["squirmers", "fluid_force", "steric", "ghost_sums", "ghost_motion", "moments", "operators", "wall_shear"];
         assert!(!ordered.contains(&name) || with[..end] == without[..end], "`{name}` differs");
     }
 }

@@ -2,7 +2,10 @@
 
 use crate::bench::*;
 use crate::rig;
-use squirm::state::{State, System, Walls};
+use glam::DVec3;
+use squirm::math::fixed::Scales;
+use squirm::params::Value;
+use squirm::state::{Particle, State, System, Walls};
 
 const KINDS: [&str; 6] = ["shift-grid", "cell-reduce", "wall-ghosts", "rotate", "restore-thermostat", "apply"];
 
@@ -12,6 +15,23 @@ fn slit(size: [u32; 3]) -> System {
     system.domain.walls =
         Some(Walls { velocity_low: [0.2, 0.0, -0.1], velocity_high: [-0.3, 0.0, 0.4], ..rig::walls() });
     system
+}
+
+fn continued(patch: i64, memory: f64) -> [Change; 3] {
+    [
+        ("wall-ghosts", "velocity", Value::Text("continued".into())),
+        ("wall-ghosts", "patch", Value::Integer(patch)),
+        ("wall-ghosts", "memory", Value::Float(memory)),
+    ]
+}
+
+/// A gas whose shear along x differs from place to place.
+fn sheared(system: &System, set: u32, count: u32) -> Vec<Particle> {
+    let mut particles = gas(system, set, count);
+    for p in &mut particles {
+        p.velocity += DVec3::new(0.4 * (0.4 * p.position.x).sin(), 0.0, 0.3) * p.position.y;
+    }
+    particles
 }
 
 #[test]
@@ -32,8 +52,61 @@ fn ghosts_are_the_references() {
             ghosts += wanted.count - fluid.count;
         }
         assert!(ghosts > 300.0, "{ghosts}");
+        assert!(bench.wall_shear().iter().all(|p| p.shear == DVec3::ZERO && p.weight == 0.0));
         assert_eq!(bench.faults(), 0);
     }
+}
+
+/// Errors of a patch's sums y (v - u_w) and y^2 over `n` particles in all: half a unit of each sum of the moments per particle,
+/// times y <= 2 and |u_w| < 1; half a unit of their own per column; eight f32 roundings of summands up to y^2 + v^2.
+fn sum_errors(system: &System, n: f64, columns: f64) -> (f64, f64) {
+    let scales = Scales::new(system.fluid.density, system.fluid.temperature);
+    let roundings = 8.0 * ROUNDING * 5.0 * n;
+    let moment = n * (1.0 / scales.velocity + 0.5 / scales.mixed + 0.5 / scales.position);
+    let weight = n * (2.0 / scales.position + 0.5 / scales.second);
+    (moment + columns * 32.0 / scales.mixed + roundings, weight + columns * 16.0 / scales.second + roundings)
+}
+
+/// Patches smaller than a workgroup's cells and larger, cut at the end or as large as the wall; three steps of memory.
+#[test]
+fn continued_ghosts_and_their_shear_are_the_references() {
+    let system = slit([22, 5, 19]);
+    let mut shears = Vec::new();
+    for (patch, memory, patches) in [(4, 2.0, 2 * 6 * 5), (8, 0.0, 2 * 3 * 3), (9, 1.0, 2 * 3 * 3), (16384, 0.5, 2)] {
+        let start = state(sheared(&system, 12, 20_900), Vec::new());
+        let mut bench = Bench::new(&system, &start, &KINDS[..3], &continued(patch, memory));
+        for _ in 0..3 {
+            bench.run_all(&KINDS[..2]);
+            bench.run("wall-ghosts");
+            assert_eq!(bench.scene.wall_shear.len(), patches);
+            let found = bench.wall_shear();
+            let mut worst: f64 = 0.0;
+            for (found, wanted) in found.iter().zip(&bench.scene.wall_shear) {
+                // No more particles nor columns than the whole slit has.
+                let cells = (patch * patch).min(22 * 19) as f64;
+                let (moment, weight) = sum_errors(&system, 10.0 * 2.0 * cells + 100.0, cells);
+                let off = [
+                    (found.moment - wanted.moment).length() / moment,
+                    (found.weight - wanted.weight).abs() / weight,
+                    (found.shear - wanted.shear).length()
+                        / ((moment + weight * wanted.shear.length()) / wanted.weight + 8.0 * ROUNDING),
+                ];
+                assert!(off.iter().all(|e| *e <= 1.0), "{off:?}\n{found:?}\n{wanted:?}");
+                worst = worst.max((found.shear - wanted.shear).length());
+                shears.push(wanted.shear.length());
+            }
+            println!("patch {patch}: shear known to {worst:e}");
+            assert!(found[patches..].iter().all(|p| p.weight == 0.0 && p.shear == DVec3::ZERO));
+            assert!(bench.words("wall_sums").iter().all(|w| *w == 0));
+            for (found, wanted) in bench.moments().iter().zip(&bench.scene.moments) {
+                let e = excess(&system, found, wanted, 6.0 * TRANSCENDENTAL + worst, 4.0 * ROUNDING);
+                assert!(e <= 1.0, "{e}\n{found:?}\n{wanted:?}");
+            }
+        }
+        assert_eq!(bench.faults(), 0);
+    }
+    let (median, largest) = median_and_largest(shears);
+    assert!(median > 0.1 && largest > 0.3, "{median} {largest}");
 }
 
 /// Both layers together hold one cell's worth of ghosts per column.
@@ -57,19 +130,24 @@ fn ghosts_have_the_fluids_density() {
 #[test]
 fn walls_receive_what_their_ghosts_gain() {
     let system = slit([6, 5, 7]);
-    let start = state(gas(&system, 11, 2100), Vec::new());
-    let mut bench = Bench::new(&system, &start, &KINDS, &[]);
-    bench.run_all(&KINDS);
-    let after = momentum(&bench.scene.state.particles);
-    bench.receive("wall-ghosts");
-    let found = bench.wall_impulses();
-    for (found, wanted) in found.into_iter().zip(bench.scene.wall_impulses) {
-        // About 210 ghosts per wall at most, each with its normals' error before and after.
-        let allowed = 420.0 * 2.0 * 6.0 * TRANSCENDENTAL;
-        assert!((found - wanted).length() < allowed && wanted.length() > 1.0, "{found} {wanted}");
+    let start = state(sheared(&system, 11, 2100), Vec::new());
+    let mut received = Vec::new();
+    for changes in [Vec::new(), continued(4, 2.0).to_vec()] {
+        let mut bench = Bench::new(&system, &start, &KINDS, &changes);
+        bench.run_all(&KINDS);
+        let after = momentum(&bench.scene.state.particles);
+        bench.receive("wall-ghosts");
+        let found = bench.wall_impulses();
+        for (found, wanted) in found.into_iter().zip(bench.scene.wall_impulses) {
+            // About 210 ghosts per wall at most, each with its normals' error before and after.
+            let allowed = 420.0 * 2.0 * 6.0 * TRANSCENDENTAL;
+            assert!((found - wanted).length() < allowed && wanted.length() > 1.0, "{found} {wanted}");
+        }
+        // Cell by cell the fixed-point sums decide the mean velocity to N/2 units: 420 ghosts and 2100 particles at 2^-21 each,
+        // and f32 velocities.
+        let missing = after - momentum(&start.particles) + found[0] + found[1];
+        assert!(missing.length() < 2520.0 * (2f64.powi(-21) + 4.0 * ROUNDING), "{missing}");
+        received.push(found[1]);
     }
-    // Cell by cell the fixed-point sums decide the mean velocity to N/2 units: 420 ghosts and 2100 particles at 2^-21 each, and
-    // f32 velocities.
-    let missing = after - momentum(&start.particles) + found[0] + found[1];
-    assert!(missing.length() < 2520.0 * (2f64.powi(-21) + 4.0 * ROUNDING), "{missing}");
+    assert!((received[0] - received[1]).length() > 1.0, "{received:?}");
 }
