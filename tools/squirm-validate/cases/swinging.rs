@@ -19,7 +19,7 @@ pub const CASE: Case = Case {
             swings but is sqrt(U a) from the two regressions dy = U e_y dt and de_y = a [y e_x (1 - Gamma + 2 Gamma \
             e_y^2)/(1 - Gamma)] dt over short times, which noise does not bias and which hold at any angle; readings nearer to a wall than \
             0.35 H are left out. U and a, in units of U0 and u_max (1 - Gamma)/H^2, are reported as well. Eight swimmers, 20 a apart, \
-            start in the middle at psi = +-0.4, twice; errors by jackknife over stretches of a swing or so. The theory knows no \
+            start in the middle at psi = +-0.4, twice; errors by jackknife over stretches of half a swing. The theory knows no \
             walls, and the viscosity in u_max = gamma g H^2/(2 eta) is the measured one. Reynolds number 0.37, Peclet number 220. \
             The quick part is a narrow channel with strong slip and tells little more than the sign.",
     sheets: &[
@@ -76,10 +76,10 @@ fn parts(_: Size) -> Vec<Part> {
 
 /// Three small swimmers with strong slip in a narrow channel at h = 0.1: u_max = 0.3 from 2 eta u_max/(gamma H^2).
 fn narrow() -> Vec<String> {
-    let poses = "[[6,8,6,-0.93937,0.34290,0],[18,8,6,-0.93937,-0.34290,0],[30,8,6,-0.93937,0.34290,0]]";
+    let poses = "[[5,8,5,-0.92106,0.38942,0],[15,8,5,-0.92106,-0.38942,0],[25,8,5,-0.92106,0.38942,0]]";
     let sets = [
         "run.dt=0.1",
-        "box.size=[36,16,12]",
+        "box.size=[30,16,10]",
         "fluid.acceleration=[3.971e-3,0,0]",
         "squirmers.swimmer.count=3",
         "squirmers.swimmer.semi_axes={along=3.0,across=1.5}",
@@ -184,7 +184,7 @@ fn swim(rig: &Rig, planned: &Planned, theory: &Theory) -> Result<Vec<Vec<Reading
         // The random numbers depend on the step: the same start goes another way each time.
         put_back(&session, &start);
         let mut now: Vec<Vec<Reading>> = vec![Vec::new(); start.squirmers.len()];
-        for reading in 0..rig.pick(1500, 80_000) / every {
+        for reading in 0..rig.pick(2500, 80_000) / every {
             if reading > 0 {
                 advance(&mut session, every)?;
             }

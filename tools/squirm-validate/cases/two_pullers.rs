@@ -145,7 +145,7 @@ fn outcome(system: &System, beta: f64, moments: &[Moment]) -> Outcome {
     let (begin, end) = longest(&holds);
     let interval = moments.get(1).map_or(0.0, |m| m.time);
     let alone = |mean: f64| Estimate { mean, error: 0.0 };
-    let held = (end - begin) as f64 * interval;
+    let held = (end - begin).saturating_sub(1) as f64 * interval;
     let last = moments.last().map_or(0.0, |m| m.time);
     let fate = if end == moments.len() { "together at the end of the run" } else { "parted before the end of the run" };
     let mut rows = vec![row(
