@@ -6,6 +6,7 @@ mod measure;
 mod record;
 mod report;
 mod rig;
+mod swimmers;
 
 use case::{Case, Control, Part, Size, Trouble, Verdict};
 use clap::Parser;
