@@ -26,7 +26,7 @@ params! {
         /// Mean velocity of the virtual particles. wall: that of the wall; the fluid then stops about 0.1 a behind the wall.
         /// continued: the fluid's velocity profile continued through the wall's velocity at the wall into the wall, with the
         /// shear that the fluid beside the wall has had; the fluid then stops at the wall.
-        pub velocity: String = "wall"; "", Choice(&["wall", "continued"]);
+        pub velocity: String = "continued"; "", Choice(&["wall", "continued"]);
         /// With velocity = "continued": edge of the square patches of the wall over which the shear is averaged; those at the
         /// end may be smaller.
         pub patch: u32 = 8u32; "a", Integer { min: SMALLEST, max: 16384 };

@@ -72,9 +72,9 @@ params! {
         pub count: u32; "", Integer { min: 1, max: 1_000_000 };
         /// Shape.
         pub semi_axes: SemiAxes; "a", Table { fields: <SemiAxes as params::Params>::fields };
-        /// How far outside the semi-axes the surface lies on which the fluid bounces and that ghosts fill. The fluid sticks to
-        /// a surface about 0.12 a inside that one, so this much puts it where it is meant; 0 is the published model.
-        pub offset: f64 = 0.0; "a", Float { min: 0.0, max: 0.5 };
+        /// How far outside the semi-axes the surface lies off which the fluid bounces and that ghosts fill. The fluid sticks to
+        /// a surface about 0.12 a inside that one, so that the default puts it where it is meant; 0 is the published model.
+        pub offset: f64 = 0.12; "a", Float { min: 0.0, max: 0.5 };
         /// Strength of the swimming mode: u = -B1 (1 + beta zeta) (e_zeta . e) e_zeta; positive swims along e.
         pub b1: f64 = 0.0; "sqrt(kT/m)", Float { min: -1.0, max: 1.0 };
         /// Active stress: negative pusher, zero neutral, positive puller.
