@@ -1,8 +1,14 @@
 //! Every case, in the order of the report.
 
+mod body_diffusion;
+mod body_temperature;
+mod drag;
+mod jeffery;
+mod orientation;
 mod viscosity;
 
 use crate::case::Case;
 
 /// All of them.
-pub const ALL: &[Case] = &[viscosity::CASE];
+pub const ALL: &[Case] =
+    &[viscosity::CASE, body_diffusion::CASE, orientation::CASE, body_temperature::CASE, jeffery::CASE, drag::CASE];
