@@ -20,24 +20,16 @@ pub const CASE: Case = Case {
             out of the thermal motion. Exact to rounding: what the body took up and the fluid gained is what was put in.",
     sheets: &[],
     parts,
-    controls: &[
-        Control {
-            name: "no-ghosts",
-            about: "nothing collides in place of the body",
-            part: "sphere-2",
-            spoil: |plan| plan.stages.retain(|s| s.entry.kind != "squirmer-fill"),
+    controls: &[Control {
+        name: "no-angular-momentum",
+        about: "the fluid of SRD-a, twice as viscous, where SRD+a is meant",
+        part: "sphere-2",
+        spoil: |plan| {
+            for stage in plan.stages.iter_mut().filter(|s| s.entry.kind == "restore-thermostat") {
+                stage.values.set("angular_momentum", Value::Boolean(false));
+            }
         },
-        Control {
-            name: "no-angular-momentum",
-            about: "the fluid of SRD-a, twice as viscous, where SRD+a is meant",
-            part: "sphere-2",
-            spoil: |plan| {
-                for stage in plan.stages.iter_mut().filter(|s| s.entry.kind == "restore-thermostat") {
-                    stage.values.set("angular_momentum", Value::Boolean(false));
-                }
-            },
-        },
-    ],
+    }],
 };
 
 /// A body, its box, and how fast the fluid shall pass it. The mean velocity forgets within M L^3/(V zeta): 100 to 200 tau in full runs.

@@ -6,7 +6,6 @@ use crate::measure::Fluid;
 use crate::rig::{Planned, Rig, advance};
 use squirm::analyze::statistics::{Estimate, blocked, independent};
 use squirm::math::mobility::Friction;
-use squirm::params::Value;
 use squirm::state::start::start;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -30,34 +29,16 @@ pub const CASE: Case = Case {
         logarithmic: false,
     }],
     parts,
-    controls: &[
-        Control {
-            name: "sphere",
-            about: "a sphere of the same volume turns, which takes 4 pi/G",
-            part: "prolate",
-            spoil: |plan| {
-                let axes = &mut plan.system.species[0].semi_axes;
-                let radius = (axes.along * axes.across * axes.across).cbrt();
-                (axes.along, axes.across) = (radius, radius);
-            },
+    controls: &[Control {
+        name: "rod",
+        about: "a rod of aspect 4 and the same volume tumbles, 1.7 times as slowly",
+        part: "prolate",
+        spoil: |plan| {
+            let axes = &mut plan.system.species[0].semi_axes;
+            let across = (axes.along * axes.across * axes.across / 4.0).cbrt();
+            (axes.along, axes.across) = (4.0 * across, across);
         },
-        Control {
-            name: "no-ghosts",
-            about: "nothing collides in place of the bodies",
-            part: "prolate",
-            spoil: |plan| plan.stages.retain(|s| s.entry.kind != "squirmer-fill"),
-        },
-        Control {
-            name: "no-angular-momentum",
-            about: "SRD-a, whose stress is not symmetric, where SRD+a is meant",
-            part: "prolate",
-            spoil: |plan| {
-                for stage in plan.stages.iter_mut().filter(|s| s.entry.kind == "restore-thermostat") {
-                    stage.values.set("angular_momentum", Value::Boolean(false));
-                }
-            },
-        },
-    ],
+    }],
 };
 
 /// Slip length of a plane wall, in a: the profile begins that far behind it.
