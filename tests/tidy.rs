@@ -28,7 +28,7 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("cli", &["analyze", "config", "diag", "gpu", "graph", "params", "sim", "stages"]),
     ("main", &["cli"]),
     ("squirm-analyze", &["analyze"]),
-    ("squirm-validate", &["analyze", "config", "gpu", "graph", "math", "params", "state"]),
+    ("squirm-validate", &["analyze", "buffers", "config", "gpu", "graph", "math", "params", "state"]),
 ];
 
 fn root() -> &'static Path {

@@ -90,7 +90,7 @@ const FULL: [Setup; 4] = [
         along: 3.0,
         count: 8,
         edge: 32,
-        steps: 250_000,
+        steps: 200_000,
         displaced: (30.0, 60.0),
         turned: (20.0, 40.0),
     },

@@ -51,7 +51,7 @@ struct Temperatures {
 
 fn measure(rig: &Rig, ghosts: &str, dt: f64) -> Result<Outcome, Trouble> {
     // In the quick run shorter bodies, of which more fit in.
-    let (edge, count, along, across) = rig.pick((12, 8, 3.0, 1.5), (24, 12, 4.0, 2.0));
+    let (edge, count, along, across) = rig.pick((12, 8, 3.0, 1.5), (24, 16, 4.0, 2.0));
     let sets = [
         format!("run.dt={dt}"),
         format!("box.size=[{edge},{edge},{edge}]"),
@@ -69,7 +69,9 @@ fn measure(rig: &Rig, ghosts: &str, dt: f64) -> Result<Outcome, Trouble> {
     // Velocities are forgotten within a few tau.
     advance(&mut session, rig.pick(200, 1000))?;
     let mut found = Temperatures::default();
-    let (steps, every) = rig.pick((5000, 10), if dt < 0.05 { (120_000, 20) } else { (70_000, 10) });
+    // A rotation is forgotten within 1 tau at h = 0.1 and a fifth of that at h = 0.02.
+    let judged = if dt < 0.05 { 150_000 } else { 110_000 };
+    let (steps, every) = rig.pick((5000, 10), (if ghosts == "published" { judged / 2 } else { judged }, 10));
     for _ in 0..steps / every {
         advance(&mut session, every)?;
         let now = bodies(&session)?;

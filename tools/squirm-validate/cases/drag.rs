@@ -50,7 +50,7 @@ const QUICK: [Setup; 1] =
     [Setup { name: "sphere-2", across: 2.0, along: 2.0, edge: 12, dt: 0.1, velocity: 0.12, steps: 5_000, every: 40 }];
 
 const FULL: [Setup; 2] = [
-    Setup { name: "sphere-3", across: 3.0, along: 3.0, edge: 24, dt: 0.02, velocity: 0.06, steps: 160_000, every: 200 },
+    Setup { name: "sphere-3", across: 3.0, along: 3.0, edge: 24, dt: 0.02, velocity: 0.06, steps: 120_000, every: 200 },
     Setup {
         name: "prolate-3-6",
         across: 3.0,
@@ -58,7 +58,7 @@ const FULL: [Setup; 2] = [
         edge: 32,
         dt: 0.02,
         velocity: 0.06,
-        steps: 160_000,
+        steps: 120_000,
         every: 200,
     },
 ];

@@ -43,7 +43,7 @@ fn parts(_: Size) -> Vec<Part> {
 }
 
 fn measure(rig: &Rig) -> Result<Outcome, Trouble> {
-    let (edge, count) = rig.pick((12, 4), (24, 16));
+    let (edge, count) = rig.pick((12, 3), (24, 12));
     let sets = [
         format!("box.size=[{edge},{edge},{edge}]"),
         format!("squirmers.body.count={count}"),
@@ -70,8 +70,8 @@ fn measure(rig: &Rig) -> Result<Outcome, Trouble> {
         source: format!("Perrin at b - {HYDRODYNAMIC_OFFSET}"),
         note: format!("with {owed:.1e} for the memory at lags {} to {}", SHORT.0, SHORT.1),
     }];
-    // From where inertia is over, to where a third is left in theory.
-    let ends = rig.pick([(20.0, 160.0), (20.0, 80.0)], [(20.0, 400.0), (20.0, 140.0)]);
+    // From where inertia is over, to where a third is left in theory; a quick run is too short for that.
+    let ends = rig.pick([(10.0, 60.0), (10.0, 40.0)], [(20.0, 400.0), (20.0, 140.0)]);
     for (rank, between) in [1, 2].into_iter().zip(ends) {
         let ratio = rates(&tracks, rank, between, owed);
         rows.push(Row {
@@ -112,6 +112,8 @@ fn correlation(tracks: &Tracks, rank: u32, lag: f64) -> Vec<f64> {
 
 /// Rate at which the correlation decays between two lags, over that of the measured D_R; both from the same stretches.
 fn rates(tracks: &Tracks, rank: u32, (from, to): (f64, f64), owed: f64) -> Estimate {
+    // Twice the lag at least, as far as the run allows: what is left out must be longer than what it remembers.
+    let blocks = (tracks.len() / (2 * tracks.moment(to))).clamp(4, 20);
     let (near, far) = (correlation(tracks, rank, from), correlation(tracks, rank, to));
     let growth = tracks.growth(SHORT).tumble;
     let n = far.len();
@@ -123,7 +125,7 @@ fn rates(tracks: &Tracks, rank: u32, (from, to): (f64, f64), owed: f64) -> Estim
         let rate = (over(&near, keep) / over(&far, keep)).ln() / (to - from);
         rate / (decay(rank) * (over(&growth, keep) + owed))
     };
-    Estimate { mean: ratio(&|_| true), error: jackknife(n, 20, ratio) }
+    Estimate { mean: ratio(&|_| true), error: jackknife(n, blocks, ratio) }
 }
 
 fn curve(tracks: &Tracks, rank: u32, longest: f64, rotation: f64) -> Curve {
