@@ -127,7 +127,7 @@ impl Tracks {
         *before = now.iter().map(|b| b.orientation).collect();
     }
 
-    /// Goes on with what was seen next; its first moment is the last of these.
+    /// Goes on with what was seen next, whose first moment is the last of these. The crowding stays that of the first stretch.
     pub fn extend(&mut self, more: Self) {
         if self.bodies.is_empty() {
             *self = more;
