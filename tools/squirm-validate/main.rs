@@ -1,8 +1,10 @@
 //! `squirm-validate`: holds the program against theory and published results.
 
+mod bodies;
 mod case;
 mod cases;
 mod measure;
+mod periodic;
 mod record;
 mod report;
 mod rig;
