@@ -3,9 +3,11 @@
 mod case;
 mod cases;
 mod measure;
+mod profile;
 mod record;
 mod report;
 mod rig;
+mod rules;
 
 use case::{Case, Control, Part, Size, Trouble, Verdict};
 use clap::Parser;
