@@ -154,7 +154,7 @@ fn channel(rig: &Rig, filling: &Filling) -> Result<Outcome, Trouble> {
     let mut profile = Profile::new(channel.planned.system.domain.size[1]);
     // As many lives for either rule: equal errors.
     let every = rig.pick(25, 100);
-    let frames = usize::try_from(rig.pick(24, 40) * channel.slowest() / every)?;
+    let frames = usize::try_from(rig.pick(24, 50) * channel.slowest() / every)?;
     profile.follow(&mut session, frames, every)?;
     sound(&session)?;
     Ok(outcome(&channel, filling, &profile))

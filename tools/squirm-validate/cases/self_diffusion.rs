@@ -39,7 +39,7 @@ pub const CASE: Case = Case {
 type Window = (f64, u64, u64);
 
 /// Windows are 20 tau or, at short time steps, 6 tau: long against the memory of a velocity, which is h/s = 1.1 h. Between two readings a particle
-/// must not cross half the box: 1 tau is an eighth of that at twice the thermal speed.
+/// must not cross half the box: readings are at most 1 tau apart.
 const WINDOWS: [Window; 3] = [(1.0, 20, 1), (0.1, 60, 10), (0.02, 300, 50)];
 
 fn parts(size: Size) -> Vec<Part> {
@@ -88,14 +88,14 @@ fn positions(session: &Session) -> Result<Vec<u32>, Trouble> {
 }
 
 fn diffusion(rig: &Rig, rule: Collision, (dt, steps, every): Window) -> Result<Outcome, Trouble> {
-    let edge = rig.pick(12, 32);
+    let edge = rig.pick(12, 24);
     let mut sets = rule.sets();
     sets.extend([rules::size_set([edge; 3]), format!("run.dt={dt:?}")]);
     let planned = rig.plan("self-diffusion", &sets)?;
     let mut session = rig.session(&planned, &rig.start(&planned)?)?;
     advance(&mut session, 20)?;
     let mut values = Vec::new();
-    for _ in 0..rig.pick(32, 48) {
+    for _ in 0..rig.pick(32, 24) {
         let mut walk = Walk::new(&planned, positions(&session)?);
         let mut early = 0.0;
         for reading in 1..=steps / every {
