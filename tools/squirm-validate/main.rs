@@ -9,6 +9,11 @@ mod record;
 mod report;
 mod rig;
 mod swimmers;
+mod profile;
+mod record;
+mod report;
+mod rig;
+mod rules;
 
 use case::{Case, Control, Part, Size, Trouble, Verdict};
 use clap::Parser;

@@ -3,9 +3,16 @@
 mod body_diffusion;
 mod body_temperature;
 mod clusters;
+mod conservation;
+mod couette;
 mod drag;
+mod equilibrium;
+mod isotropy;
 mod jeffery;
 mod orientation;
+mod poiseuille;
+mod precision;
+mod self_diffusion;
 mod swinging;
 mod two_pullers;
 mod viscosity;
@@ -14,7 +21,13 @@ use crate::case::Case;
 
 /// All of them.
 pub const ALL: &[Case] = &[
+    conservation::CASE,
+    equilibrium::CASE,
     viscosity::CASE,
+    isotropy::CASE,
+    poiseuille::CASE,
+    couette::CASE,
+    self_diffusion::CASE,
     body_diffusion::CASE,
     orientation::CASE,
     body_temperature::CASE,
@@ -23,4 +36,5 @@ pub const ALL: &[Case] = &[
     swinging::CASE,
     two_pullers::CASE,
     clusters::CASE,
+    precision::CASE,
 ];
