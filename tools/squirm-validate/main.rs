@@ -2,10 +2,13 @@
 
 mod case;
 mod cases;
+mod flow_map;
+mod lattice;
 mod measure;
 mod record;
 mod report;
 mod rig;
+mod swimmer;
 
 use case::{Case, Control, Part, Size, Trouble, Verdict};
 use clap::Parser;

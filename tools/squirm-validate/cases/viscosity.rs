@@ -44,7 +44,7 @@ const RULES: [(&str, &str, bool); 3] =
     [("srd-a", "energy", false), ("energy", "energy", true), ("thermostat", "thermostat", true)];
 
 /// Kinematic viscosities of an independent f64 code (16 x 16 x 32, 1 to 2 %): rule, density, h, nu.
-const INDEPENDENT: [(&str, f64, f64, f64); 7] = [
+pub const INDEPENDENT: [(&str, f64, f64, f64); 7] = [
     ("srd-a", 10.0, 0.05, 1.643),
     ("srd-a", 10.0, 0.02, 3.964),
     ("energy", 10.0, 0.05, 0.741),
