@@ -32,6 +32,12 @@ impl Fluid {
         self.positions.len() / 3
     }
 
+    /// Total momentum, sqrt(m kT).
+    pub fn momentum(&self) -> DVec3 {
+        let sum = |v: &[f32]| DVec3::new(v[0].into(), v[1].into(), v[2].into());
+        self.velocities.chunks_exact(3).map(sum).sum()
+    }
+
     /// Amplitudes of the six waves of the Beltrami flow of wave number k: v_x ~ sin kz, v_y ~ sin kx, v_z ~ sin ky and v_x ~ cos ky,
     /// v_y ~ cos kz, v_z ~ cos kx.
     pub fn beltrami(&self, k: f64) -> [f64; 6] {
@@ -44,4 +50,17 @@ impl Fluid {
         let (s, c) = (scale * sines, scale * cosines);
         [s.x, s.y, s.z, c.x, c.y, c.z]
     }
+}
+
+/// Momentum that each of the two walls has received since the start, sqrt(m kT): 64 partial sums of six wide sums in units of 2^-20.
+pub fn wall_impulses(session: &Session) -> Result<[DVec3; 2], Trouble> {
+    let words = session.read::<u32>("wall_impulses")?;
+    let mut out = [DVec3::ZERO; 2];
+    for partial in words.chunks_exact(12) {
+        for (k, pair) in partial.chunks_exact(2).enumerate() {
+            let value = ((u64::from(pair[1]) << 32) | u64::from(pair[0])).cast_signed();
+            out[k / 3][k % 3] += value as f64 / 1_048_576.0;
+        }
+    }
+    Ok(out)
 }

@@ -51,7 +51,7 @@ const fn sheet(name: &'static str, title: &'static str) -> Sheet {
 fn parts(size: Size) -> Vec<Part> {
     if size == Size::Quick {
         let pusher = Swimmer { across: 2.0, along: 2.0, b1: 0.1, beta: -4.0, edge: 10, density: 10, seed: 1 };
-        return vec![part("pusher", pusher, 200, 10)];
+        return vec![part("pusher", pusher, 120, 10)];
     }
     let pusher = Swimmer { across: 2.0, along: 4.0, b1: 0.04, beta: -5.0, edge: 32, density: 20, seed: 1 };
     vec![
@@ -184,7 +184,9 @@ fn outcome(rig: &Rig, name: &str, swimmer: &Swimmer, map: &FlowMap, theory: &The
         note: String::new(),
     };
     let strength = estimate(&|kept| amplitude(map, &near, &wanted, kept));
-    let mut rows = vec![row("amplitude of the flow, near field", strength, 1.0, 0.05)];
+    // The hydrodynamic surface of a body lies some 0.1 a inside the nominal one, which makes the flow of the small body of a quick
+    // run weaker by 10 to 20 %.
+    let mut rows = vec![row("amplitude of the flow, near field", strength, 1.0, rig.pick(0.2, 0.05))];
     if rig.pick(false, true) {
         let left = estimate(&|kept| rest(map, &near, &wanted, kept));
         let mut left = row("|u - theory|^2 / |theory|^2, near field", left, 0.0, 0.0025);
