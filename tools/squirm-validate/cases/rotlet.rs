@@ -1,7 +1,7 @@
 //! The flow of a rotlet dipole on a sphere.
 
 use crate::case::{Case, Control, Curve, Outcome, Part, Row, Sheet, Size, Trouble};
-use crate::flow_map::{Bin, FlowMap, Watched, watch};
+use crate::flow_map::{Bin, FlowMap, Kept, Watched, watch};
 use crate::rig::Rig;
 use crate::swimmer::Swimmer;
 use squirm::analyze::statistics::{blocked, jackknife};
@@ -45,7 +45,7 @@ fn profile(bin: &Bin, radius: f64) -> f64 {
 }
 
 /// C2 as the bins between two distances have it.
-fn strength(map: &FlowMap, bins: &[Bin], radius: f64, kept: &dyn Fn(usize) -> bool) -> f64 {
+fn strength(map: &FlowMap, bins: &[Bin], radius: f64, kept: &Kept<'_>) -> f64 {
     let (mut product, mut square) = (0.0, 0.0);
     for bin in bins {
         let (found, theory) = (map.found(bin, kept), profile(bin, radius));
@@ -62,7 +62,7 @@ fn measure(rig: &Rig, sphere: &Swimmer, rotlet: f64, (frames, every): (usize, u6
     let Watched { map, spins, .. } = watch(rig, &planned, frames, every)?;
     let (radius, shape) = (sphere.across, sphere.shape());
     let estimate = |bins: &[Bin]| {
-        let f = |kept: &dyn Fn(usize) -> bool| strength(&map, bins, radius, kept) / rotlet;
+        let f = |kept: &Kept<'_>| strength(&map, bins, radius, kept) / rotlet;
         (f(&|_| true), jackknife(map.stretches(), map.stretches(), f))
     };
     let outer = f64::from(sphere.edge) / rig.pick(2.3, 3.0);
