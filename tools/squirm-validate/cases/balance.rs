@@ -101,7 +101,7 @@ fn conserved(rig: &Rig, name: &str, planned: &Planned) -> Result<Outcome, Troubl
     let state = rig.start(planned)?;
     let mut session = rig.session(planned, &state)?;
     let before = momentum(planned, &session, &Fluid::of(&session)?)?;
-    let steps = rig.pick(300, 6000);
+    let steps = rig.pick(200, 6000);
     let (mut most, mut inside) = (0.0f64, 0);
     for _ in 0..10 {
         advance(&mut session, steps / 10)?;

@@ -67,7 +67,7 @@ fn parts(size: Size) -> Vec<Part> {
     let neutral = |across, along, edge, density| Swimmer { across, along, b1: 0.1, beta: 0.0, edge, density, seed: 1 };
     if size == Size::Quick {
         let prolate = Swimmer { b1: 0.25, ..neutral(2.0, 4.0, 12, 10) };
-        return vec![shape_part(prolate, 1, 1500)];
+        return vec![shape_part(prolate, 1, 1200)];
     }
     // Across, along, edge, seeds, steps for an error of 0.7 %.
     let shapes = [
