@@ -10,19 +10,19 @@ use squirm::gpu::Session;
 use squirm::math::spheroid::Spheroid;
 use squirm::math::transport::Rule;
 use squirm::state::start::nearest_image;
-use squirm::state::{Squirmer, System, packed};
+use squirm::state::{Species, Squirmer, System, packed};
 
-/// How far inside the nominal surface the fluid comes to rest, in a: ghosts have the velocity of the body, while the fluid that they
-/// stand for would go on along its gradient. It is the slip length of a plane wall.
-pub const HYDRODYNAMIC_OFFSET: f64 = 0.13;
+/// How far inside a body's hull the fluid comes to rest, in a: ghosts have the velocity of the body, while the fluid that they stand
+/// for would go on along its gradient. It is the slip length of a plane wall; the default `offset` of a species is as large.
+const SLIP_LENGTH: f64 = 0.12;
 
 /// Viscosities at 10 particles per cell and 130 degrees with SRD+a that shear waves gave in an independent f64 code: h and eta. From
 /// the formula they differ by 0.3 % and 5 %.
 const VISCOSITIES: [(f64, f64); 3] = [(0.02, 17.7), (0.05, 7.41), (0.1, 4.25)];
 
 /// The spheroid on whose surface the fluid does not slip.
-pub fn hydrodynamic(shape: Spheroid) -> Spheroid {
-    shape.grown(-HYDRODYNAMIC_OFFSET)
+pub fn hydrodynamic(species: &Species) -> Spheroid {
+    species.hull().grown(-SLIP_LENGTH)
 }
 
 /// Dynamic viscosity of the fluid that was meant: measured, or by the formula where it was not.

@@ -3,17 +3,17 @@
 mod bodies;
 mod case;
 mod cases;
+mod crowd;
+mod flow_map;
+mod lattice;
 mod measure;
 mod periodic;
-mod record;
-mod report;
-mod rig;
-mod swimmers;
 mod profile;
 mod record;
 mod report;
 mod rig;
 mod rules;
+mod swimmer;
 
 use case::{Case, Control, Part, Size, Trouble, Verdict};
 use clap::Parser;

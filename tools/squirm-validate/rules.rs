@@ -31,6 +31,17 @@ pub const THERMOSTAT: Collision =
 /// Those that every property of the fluid at rest is measured with.
 pub const ALL: [Collision; 3] = [MINUS, ENERGY, THERMOSTAT];
 
+/// Kinematic viscosities of an independent f64 code (16 x 16 x 32, 1 to 2 %): rule, density, h, nu.
+pub const INDEPENDENT: [(&str, f64, f64, f64); 7] = [
+    ("srd-a", 10.0, 0.05, 1.643),
+    ("srd-a", 10.0, 0.02, 3.964),
+    ("energy", 10.0, 0.05, 0.741),
+    ("energy", 10.0, 0.02, 1.769),
+    ("energy", 50.0, 0.02, 2.147),
+    ("thermostat", 50.0, 0.02, 2.143),
+    ("thermostat", 10.0, 0.02, 1.769),
+];
+
 impl Collision {
     /// What makes a pipeline file use this rule.
     pub fn sets(&self) -> Vec<String> {

@@ -1,6 +1,6 @@
 //! Diffusion of passive spheres and spheroids.
 
-use crate::bodies::{HYDRODYNAMIC_OFFSET, Tracks, hydrodynamic, isotropic, periodic, viscosity};
+use crate::bodies::{Tracks, hydrodynamic, isotropic, periodic, viscosity};
 use crate::case::{Case, Control, Curve, Outcome, Part, Row, Sheet, Size, Trouble};
 use crate::periodic::{Mobility, PeriodicBody};
 use crate::rig::{Planned, Rig, advance};
@@ -14,10 +14,10 @@ pub const CASE: Case = Case {
     about: "Passive spheres and spheroids at h = 0.1 and 10 particles per cell (eta = 4.25, measured) in a periodic cube, a few of \
             them at once so that there is enough to average: 2 to 3 % of the volume. D is half the growth of the mean squared \
             displacement, in the frame of the body, between two lags; D_R the same of the accumulated rotation. Expected is \
-            Perrin's friction (1934) at semi-axes smaller by the offset of the hydrodynamic surface, 0.13 a, with the correction \
+            Perrin's friction (1934) with the correction \
             of Hasimoto (1959) for the periodic images; less what the neighbours' stresslets take (Batchelor 1976), 1 to 3 %; \
             less what the memory of the fluid still owes at these lags (Alder and Wainwright 1970, as a sum over the modes of \
-            the box), 5 to 20 %. What comes out against Perrin at the nominal axes is reported too.",
+            the box), 5 to 20 %.",
     sheets: &[
         Sheet {
             name: "body-diffusion",
@@ -153,7 +153,6 @@ struct Found<'a> {
     setup: &'a Setup,
     system: String,
     theory: PeriodicBody,
-    nominal: PeriodicBody,
     hindrance: f64,
 }
 
@@ -161,7 +160,7 @@ impl<'a> Found<'a> {
     fn new(setup: &'a Setup, planned: &Planned, tracks: &Tracks) -> Self {
         let system = &planned.system;
         let shape = system.species[0].spheroid();
-        let theory = periodic(system, hydrodynamic(shape));
+        let theory = periodic(system, hydrodynamic(&system.species[0]));
         let percent = 100.0 * f64::from(setup.count) * shape.volume() / system.domain.volume();
         Self {
             setup,
@@ -173,7 +172,6 @@ impl<'a> Found<'a> {
                 system.run.dt,
                 viscosity(system)
             ),
-            nominal: periodic(system, shape),
             hindrance: theory.hindrance(tracks.crowding),
             theory,
         }
@@ -194,57 +192,40 @@ impl<'a> Found<'a> {
 
     fn outcome(&self, tracks: &Tracks) -> Outcome {
         let (displaced, turned) = (tracks.growth(self.setup.displaced), tracks.growth(self.setup.turned));
-        let (here, nominal) = (self.expected(&self.theory), self.expected(&self.nominal));
+        let here = self.expected(&self.theory);
         let mean = |one: f64, two: f64| (one + 2.0 * two) / 3.0;
         let mut rows = Vec::new();
-        let mut row = |name: &str, found: Estimate, expected: f64, nominal: f64, lags, tolerance: f64| {
-            rows.extend(self.rows(name, found, (expected, nominal), lags, tolerance));
+        let mut row = |name: &str, found: Estimate, expected: f64, lags, tolerance: f64| {
+            rows.push(self.row(name, found, expected, lags, tolerance));
         };
         let (d, r) = (self.setup.displaced, self.setup.turned);
         let average = isotropic(&displaced.along, &displaced.across);
-        row("D", average, mean(here.along, here.across), mean(nominal.along, nominal.across), d, 0.07);
+        row("D", average, mean(here.along, here.across), d, 0.07);
         if self.setup.along == self.setup.across {
             let average = isotropic(&turned.spin, &turned.tumble);
-            row("D_R", average, mean(here.spin, here.tumble), mean(nominal.spin, nominal.tumble), r, 0.07);
+            row("D_R", average, mean(here.spin, here.tumble), r, 0.07);
         } else {
             // One direction has more noise than two.
-            row("D_par", blocked(&displaced.along), here.along, nominal.along, d, 0.1);
-            row("D_perp", blocked(&displaced.across), here.across, nominal.across, d, 0.07);
-            row("D_R,par", blocked(&turned.spin), here.spin, nominal.spin, r, 0.07);
-            row("D_R,perp", blocked(&turned.tumble), here.tumble, nominal.tumble, r, 0.07);
+            row("D_par", blocked(&displaced.along), here.along, d, 0.1);
+            row("D_perp", blocked(&displaced.across), here.across, d, 0.07);
+            row("D_R,par", blocked(&turned.spin), here.spin, r, 0.07);
+            row("D_R,perp", blocked(&turned.tumble), here.tumble, r, 0.07);
         }
         Outcome { rows, curves: self.curves(tracks) }
     }
 
-    fn rows(
-        &self,
-        name: &str,
-        found: Estimate,
-        (expected, nominal): (f64, f64),
-        (from, to): (f64, f64),
-        tolerance: f64,
-    ) -> [Row; 2] {
+    fn row(&self, name: &str, found: Estimate, expected: f64, (from, to): (f64, f64), tolerance: f64) -> Row {
         let unit = if name.starts_with("D_R") { "1/tau" } else { "a^2/tau" };
-        let against_theory = Row {
+        Row {
             quantity: format!("{name} / ({unit}), lags {from} to {to}"),
             setup: self.system.clone(),
             measured: found.mean,
             error: found.error,
             expected: Some(expected),
             tolerance: tolerance * expected,
-            source: format!("Perrin at b - {HYDRODYNAMIC_OFFSET}, Hasimoto, memory"),
+            source: format!("Perrin, Hasimoto, memory"),
             note: String::new(),
-        };
-        let against_nominal = Row {
-            quantity: format!("{name} / the same theory at the nominal axes"),
-            measured: found.mean / nominal,
-            error: found.error / nominal,
-            expected: None,
-            tolerance,
-            source: "-".into(),
-            ..against_theory.clone()
-        };
-        [against_theory, against_nominal]
+        }
     }
 
     /// D(t) in steps of a few lags, over its final value, and how theory approaches that.

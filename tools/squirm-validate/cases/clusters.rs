@@ -1,8 +1,8 @@
 //! Clusters of spheres and of prolate swimmers in a narrow slit.
 
 use crate::case::{Case, Curve, Outcome, Part, Row, Sheet, Size, Trouble};
+use crate::crowd::{clusters, peclet, reynolds, swimmers, transport};
 use crate::rig::{Planned, Rig, advance, sound};
-use crate::swimmers::{clusters, peclet, reynolds, swimmers, transport};
 use squirm::analyze::statistics::{Estimate, blocked};
 use squirm::math::spheroid::Spheroid;
 use squirm::state::System;

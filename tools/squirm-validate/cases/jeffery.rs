@@ -1,6 +1,6 @@
 //! A spheroid that tumbles in shear flow.
 
-use crate::bodies::{HYDRODYNAMIC_OFFSET, Track, Tracks, hydrodynamic, viscosity};
+use crate::bodies::{Track, Tracks, hydrodynamic, viscosity};
 use crate::case::{Case, Control, Curve, Outcome, Part, Row, Sheet, Size, Trouble};
 use crate::measure::Fluid;
 use crate::rig::{Planned, Rig, advance};
@@ -100,7 +100,7 @@ fn measure(rig: &Rig) -> Result<Outcome, Trouble> {
     let half = independent(&halves);
     let period = 2.0 * half.mean * found.mean / TAU;
     let error = period * ((half.error / half.mean).powi(2) + (found.error / found.mean).powi(2)).sqrt();
-    let r = aspect(hydrodynamic(shape));
+    let r = aspect(hydrodynamic(&planned.system.species[0]));
     let expected = r + r.recip();
     let row = Row {
         quantity: "period G/(2 pi)".into(),
@@ -109,7 +109,7 @@ fn measure(rig: &Rig) -> Result<Outcome, Trouble> {
         error,
         expected: Some(expected),
         tolerance: 0.05 * expected,
-        source: format!("Jeffery 1922 at b - {HYDRODYNAMIC_OFFSET}"),
+        source: format!("Jeffery 1922"),
         note: format!("{} half turns; {:.3} at the nominal axes", halves.len(), aspect(shape) + aspect(shape).recip()),
     };
     Ok(Outcome { rows: vec![row], curves: vec![curve(&tracks, found.mean, r)] })

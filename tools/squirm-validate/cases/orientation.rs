@@ -1,6 +1,6 @@
 //! How long a passive body remembers its direction.
 
-use crate::bodies::{HYDRODYNAMIC_OFFSET, Tracks, hydrodynamic, periodic};
+use crate::bodies::{Tracks, hydrodynamic, periodic};
 use crate::case::{Case, Control, Curve, Outcome, Part, Row, Sheet, Size, Trouble};
 use crate::rig::{Rig, advance};
 use squirm::analyze::statistics::{Estimate, blocked, jackknife, mean};
@@ -51,7 +51,7 @@ fn measure(rig: &Rig) -> Result<Outcome, Trouble> {
     ];
     let planned = rig.plan("passive-bodies", &sets)?;
     let system = &planned.system;
-    let theory = periodic(system, hydrodynamic(system.species[0].spheroid()));
+    let theory = periodic(system, hydrodynamic(&system.species[0]));
     let mut session = rig.session(&planned, &rig.start(&planned)?)?;
     advance(&mut session, rig.pick(300, 2000))?;
     let tracks = Tracks::follow(&mut session, rig.pick(6000, 220_000), 20)?;
@@ -67,7 +67,7 @@ fn measure(rig: &Rig) -> Result<Outcome, Trouble> {
         error: rotation.error,
         expected: Some(expected),
         tolerance: 0.1 * expected,
-        source: format!("Perrin at b - {HYDRODYNAMIC_OFFSET}"),
+        source: format!("Perrin"),
         note: format!("with {owed:.1e} for the memory at lags {} to {}", SHORT.0, SHORT.1),
     }];
     // From where inertia is over, to where a third is left in theory; a quick run is too short for that.

@@ -1,8 +1,8 @@
 //! Swimmers that swing about the middle of a channel flow.
 
 use crate::case::{Case, Control, Curve, Outcome, Part, Row, Sheet, Size, Trouble};
+use crate::crowd::{Swimmer, swimmers, transport};
 use crate::rig::{Planned, Rig, advance, sound};
-use crate::swimmers::{Swimmer, swimmers, transport};
 use squirm::analyze::statistics::{Estimate, independent, jackknife};
 use squirm::gpu::Session;
 use squirm::state::{State, System, packed};

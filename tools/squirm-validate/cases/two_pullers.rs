@@ -1,8 +1,8 @@
 //! Two swimmers that meet in a narrow slit.
 
 use crate::case::{Case, Curve, Outcome, Part, Row, Sheet, Size, Trouble};
+use crate::crowd::{Pair, pair, peclet, reynolds, swimmers, transport};
 use crate::rig::{Planned, Rig, advance, sound};
-use crate::swimmers::{Pair, pair, peclet, reynolds, swimmers, transport};
 use squirm::analyze::statistics::{Estimate, blocked};
 use squirm::state::System;
 

@@ -3,6 +3,7 @@
 use crate::case::{Case, Control, Curve, Outcome, Part, Row, Sheet, Size, Trouble};
 use crate::measure::Fluid;
 use crate::rig::{Planned, Rig, advance, sound};
+use crate::rules::INDEPENDENT;
 use glam::Vec3Swizzles;
 use squirm::analyze::statistics::{Estimate, independent};
 use squirm::math::transport::{Rule, Transport};
@@ -42,17 +43,6 @@ pub const CASE: Case = Case {
 /// A collision rule: name, thermostat mode, whether it conserves angular momentum.
 const RULES: [(&str, &str, bool); 3] =
     [("srd-a", "energy", false), ("energy", "energy", true), ("thermostat", "thermostat", true)];
-
-/// Kinematic viscosities of an independent f64 code (16 x 16 x 32, 1 to 2 %): rule, density, h, nu.
-const INDEPENDENT: [(&str, f64, f64, f64); 7] = [
-    ("srd-a", 10.0, 0.05, 1.643),
-    ("srd-a", 10.0, 0.02, 3.964),
-    ("energy", 10.0, 0.05, 0.741),
-    ("energy", 10.0, 0.02, 1.769),
-    ("energy", 50.0, 0.02, 2.147),
-    ("thermostat", 50.0, 0.02, 2.143),
-    ("thermostat", 10.0, 0.02, 1.769),
-];
 
 fn parts(size: Size) -> Vec<Part> {
     let settings: &[(f64, f64, f64)] = match size {
