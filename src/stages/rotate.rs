@@ -93,7 +93,7 @@ fn unimodular(angle: f64) -> (f32, f32) {
         (excess, cos as f32, sin)
     };
     let mut best = candidate(0);
-    for distance in 1..=200 {
+    for distance in 1..=1000 {
         for steps in [-distance, distance] {
             let other = candidate(steps);
             if other.0 < best.0 {

@@ -47,16 +47,16 @@ fn the_meaning_of_a_known_file() {
         .replace("dt = 0.05", "dt = 0.02")
         .replace("b1 = 0.1", "b1 = 0.05");
     let m = meaning(&super::good(&text));
-    // Two bodies of 226.19 a^3 in 216,000 a^3 at 10 particles per a^3.
-    assert_eq!((m.cells, m.particles), (216_000, 2_155_476));
+    // Two bodies of 3.12 x 3.12 x 6.12, 249.55 a^3, in 216,000 a^3 at 10 particles per a^3.
+    assert_eq!((m.cells, m.particles), (216_000, 2_155_009));
     let eta = m.transport.expect("it rotates").viscosity;
     assert!((eta - 18.59).abs() < 0.01, "{eta}");
     let s = &m.species[0];
-    assert!((s.speed - 0.0413).abs() < 5e-5 && (s.mass - 2262.0).abs() < 0.5, "{s:?}");
+    assert!((s.speed - 0.0413).abs() < 5e-5 && (s.mass - 2495.0).abs() < 0.5, "{s:?}");
     assert!((s.reynolds.expect("it swims") - 0.133).abs() < 1e-3, "{s:?}");
     assert!((s.peclet.expect("it swims") - 131.0).abs() < 1.0, "{s:?}");
     assert!((s.diffusion.expect("eta is known")[3] * eta * 2042.4 - 1.0).abs() < 1e-4, "{s:?}");
     let bytes = |name: &str| m.memory.iter().find(|(n, _)| *n == name).map(|(_, b)| *b);
-    assert_eq!(bytes("positions"), Some(2_155_476 * 12));
+    assert_eq!(bytes("positions"), Some(2_155_009 * 12));
     assert_eq!(bytes("operators"), Some(216_000 * 64));
 }

@@ -5,6 +5,7 @@ mod bench;
 mod cell_reduce;
 mod collision;
 mod conservation;
+mod energy_bias;
 mod motion;
 mod restore_thermostat;
 #[path = "../rig/mod.rs"]

@@ -3,12 +3,12 @@
 use crate::case::Trouble;
 use crate::periodic::PeriodicBody;
 use crate::rig::{advance, sound};
+use crate::rules::viscosity;
 use glam::{DQuat, DVec3};
 use squirm::analyze::statistics::{Estimate, blocked};
 use squirm::buffers::SquirmerState;
 use squirm::gpu::Session;
 use squirm::math::spheroid::Spheroid;
-use squirm::math::transport::Rule;
 use squirm::state::start::nearest_image;
 use squirm::state::{Species, Squirmer, System, packed};
 
@@ -16,21 +16,9 @@ use squirm::state::{Species, Squirmer, System, packed};
 /// for would go on along its gradient. It is the slip length of a plane wall; the default `offset` of a species is as large.
 const SLIP_LENGTH: f64 = 0.12;
 
-/// Viscosities at 10 particles per cell and 130 degrees with SRD+a that shear waves gave in an independent f64 code: h and eta. From
-/// the formula they differ by 0.3 % and 5 %.
-const VISCOSITIES: [(f64, f64); 3] = [(0.02, 17.7), (0.05, 7.41), (0.1, 4.25)];
-
 /// The spheroid on whose surface the fluid does not slip.
 pub fn hydrodynamic(species: &Species) -> Spheroid {
     species.hull().grown(-SLIP_LENGTH)
-}
-
-/// Dynamic viscosity of the fluid that was meant: measured, or by the formula where it was not.
-pub fn viscosity(system: &System) -> f64 {
-    let (density, dt) = (system.fluid.density, system.run.dt);
-    let known = VISCOSITIES.iter().find(|(h, _)| *h == dt && density == 10.0);
-    let rule = Rule { density, temperature: system.fluid.temperature, dt, angle: 130.0, angular_momentum: true };
-    known.map_or_else(|| rule.transport().viscosity, |(_, eta)| *eta)
 }
 
 /// The system's first species in its periodic cube, with this surface.

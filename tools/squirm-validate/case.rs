@@ -166,6 +166,8 @@ pub struct Case {
     pub title: &'static str,
     /// Set-up, theory and method in a few sentences; Markdown.
     pub about: &'static str,
+    /// What misses its tolerance in the committed report, and why; Markdown, empty if nothing does.
+    pub remarks: &'static str,
     /// Charts.
     pub sheets: &'static [Sheet],
     /// What is measured.

@@ -19,6 +19,14 @@ pub fn write(folder: &Path, size: Size, cases: &[&Case], records: &[Record]) -> 
             continue;
         }
         table(&mut text, size, &of_case)?;
+        let missing: Vec<String> =
+            (case.parts)(size).into_iter().map(|p| p.name).filter(|n| of_case.iter().all(|r| r.part != *n)).collect();
+        if !missing.is_empty() {
+            write!(text, "\nNot measured: {}.\n", missing.join(", "))?;
+        }
+        if !case.remarks.is_empty() {
+            write!(text, "\nWhat misses: {}\n", case.remarks)?;
+        }
         for sheet in case.sheets {
             let curves: Vec<Curve> = of_case
                 .iter()

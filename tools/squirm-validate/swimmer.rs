@@ -2,13 +2,12 @@
 
 use crate::case::Trouble;
 use crate::rig::{Planned, Rig, advance, sound};
-use crate::rules::INDEPENDENT;
+use crate::rules::viscosity;
 use glam::{DQuat, DVec3};
 use squirm::analyze::statistics::{Estimate, blocked};
 use squirm::gpu::Session;
 use squirm::math::mobility::Friction;
 use squirm::math::spheroid::Spheroid;
-use squirm::math::transport::Rule;
 use squirm::state::start::nearest_image;
 use squirm::state::{Squirmer, System, packed};
 use std::f64::consts::{PI, TAU};
@@ -64,17 +63,6 @@ impl Swimmer {
         let Self { across, along, b1, beta, edge, density, .. } = self;
         format!("{across} x {across} x {along}, B1 = {b1}, beta = {beta}, L = {edge}, {density} per cell")
     }
-}
-
-/// Dynamic viscosity of the system's SRD+a fluid at 130 degrees, sqrt(m kT)/a^2: the value of an independent code in f64 where there is
-/// one, else the formula for molecular chaos.
-pub fn viscosity(system: &System) -> f64 {
-    let (density, dt) = (system.fluid.density, system.run.dt);
-    let known = INDEPENDENT.iter().find(|(rule, n, h, _)| *rule == "thermostat" && *n == density && *h == dt);
-    let known =
-        known.or_else(|| INDEPENDENT.iter().find(|(rule, n, h, _)| *rule == "energy" && *n == density && *h == dt));
-    let rule = Rule { density, temperature: system.fluid.temperature, dt, angle: 130.0, angular_momentum: true };
-    known.map_or_else(|| rule.transport().viscosity, |(.., nu)| nu * density)
 }
 
 /// Steps in which the flow of the longest wavelength decays by e^-3.

@@ -3,7 +3,8 @@
 use crate::case::{Case, Control, Outcome, Part, Row, Size, Trouble};
 use crate::measure::{Fluid, wall_impulses};
 use crate::rig::{Planned, Rig, advance, sound};
-use crate::swimmer::{Swimmer, settling, squirmers, viscosity};
+use crate::rules::viscosity;
+use crate::swimmer::{Swimmer, settling, squirmers};
 use glam::DVec3;
 use squirm::gpu::Session;
 use squirm::math::mobility::Friction;
@@ -18,6 +19,7 @@ pub const CASE: Case = Case {
             of collisions. No fluid particle is ever inside a body. A single free squirmer is free of force and torque on average: the force \
             that is recorded in each of many successive steps is the change of its momentum in that step, so that its mean over the \
             time T is of order sqrt(M)/T, and the mean is given in units of the friction at the swim speed.",
+    remarks: "",
     sheets: &[],
     parts,
     controls: &[

@@ -1,9 +1,10 @@
 //! Diffusion of passive spheres and spheroids.
 
-use crate::bodies::{Tracks, hydrodynamic, isotropic, periodic, viscosity};
+use crate::bodies::{Tracks, hydrodynamic, isotropic, periodic};
 use crate::case::{Case, Control, Curve, Outcome, Part, Row, Sheet, Size, Trouble};
 use crate::periodic::{Mobility, PeriodicBody};
 use crate::rig::{Planned, Rig, advance};
+use crate::rules::viscosity;
 use squirm::analyze::statistics::{Estimate, blocked};
 use squirm::params::Value;
 
@@ -18,6 +19,7 @@ pub const CASE: Case = Case {
             of Hasimoto (1959) for the periodic images; less what the neighbours' stresslets take (Batchelor 1976), 1 to 3 %; \
             less what the memory of the fluid still owes at these lags (Alder and Wainwright 1970, as a sum over the modes of \
             the box), 5 to 20 %.",
+    remarks: "",
     sheets: &[
         Sheet {
             name: "body-diffusion",

@@ -19,6 +19,7 @@ pub const CASE: Case = Case {
             clusters to ripen, and the box is small; the start is random without overlap. Published (Theers, Westphal, Qi, Winkler \
             and Gompper 2018, abstract): hydrodynamic interactions suppress the clustering of spheres and enhance that of prolate \
             swimmers.",
+    remarks: "",
     sheets: &[
         Sheet {
             name: "clusters-largest",

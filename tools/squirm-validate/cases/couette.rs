@@ -17,6 +17,7 @@ pub const CASE: Case = Case {
             eta U/(L + 2b) in opposite directions. The stress is the momentum that bounces and ghosts hand to the walls per area and time; the slope is \
             fitted to bins of 0.5 a, those within 1 a of a wall left out. Expectations: eta by molecular chaos; b from an \
             independent program in f64.",
+    remarks: "",
     sheets: &[Sheet {
         name: "couette",
         title: "Velocity between two moving walls",
@@ -29,13 +30,13 @@ pub const CASE: Case = Case {
         Control {
             name: "no-ghosts",
             about: "cells at the walls are not filled where they should be",
-            part: "thermostat",
+            part: "thermostat-continued",
             spoil: |plan| plan.stages.retain(|s| s.entry.kind != "wall-ghosts"),
         },
         Control {
             name: "one-wall-at-rest",
             about: "the high wall does not move",
-            part: "thermostat",
+            part: "thermostat-continued",
             spoil: |plan| {
                 if let Some(walls) = &mut plan.system.domain.walls {
                     walls.velocity_high = [0.0; 3];
@@ -45,12 +46,22 @@ pub const CASE: Case = Case {
     ],
 };
 
-/// Slip lengths in a that wall ghosts of the wall's velocity leave: rule, b.
-const SLIPS: [(Collision, f64); 2] = [(rules::THERMOSTAT, 0.12), (rules::MINUS_THERMOSTAT, 0.19)];
+/// Slip lengths in a that wall ghosts leave: rule, the ghosts' velocity, b.
+const SLIPS: [(Collision, &str, f64); 4] = [
+    (rules::THERMOSTAT, "continued", 0.0),
+    (rules::MINUS_THERMOSTAT, "continued", 0.0),
+    (rules::THERMOSTAT, "wall", 0.12),
+    (rules::MINUS_THERMOSTAT, "wall", 0.19),
+];
 
 fn parts(size: Size) -> Vec<Part> {
     let count = if size == Size::Quick { 1 } else { SLIPS.len() };
-    SLIPS[..count].iter().map(|(rule, slip)| Part::new(rule.name, move |rig| sheared(rig, *rule, *slip))).collect()
+    SLIPS[..count]
+        .iter()
+        .map(|(rule, ghosts, slip)| {
+            Part::new(format!("{}-{ghosts}", rule.name), move |rig| sheared(rig, *rule, ghosts, *slip))
+        })
+        .collect()
 }
 
 /// What was seen of a sheared slit.
@@ -62,17 +73,18 @@ struct Seen {
     gained: f64,
 }
 
-fn sheared(rig: &Rig, rule: Collision, slip: f64) -> Result<Outcome, Trouble> {
+fn sheared(rig: &Rig, rule: Collision, ghosts: &str, slip: f64) -> Result<Outcome, Trouble> {
     let (edge, height) = rig.pick((8, 8), (32, 20));
     let mut sets = rule.sets();
     sets.push(rules::size_set([edge, height, edge]));
+    sets.push(format!("stage.wall-ghosts.velocity={ghosts}"));
     let planned = rig.plan("couette", &sets)?;
     let seen = watch(rig, &planned, rule, slip)?;
     let domain = &planned.system.domain;
     let speed = domain.walls.as_ref().map_or(0.0, |w| w.velocity_high[0] - w.velocity_low[0]);
     let (height, eta) = (f64::from(height), rule.transport(planned.system.run.dt).viscosity);
     let stress = eta * speed / (height + 2.0 * slip);
-    let setup = format!("{}, L = {height}", rule.title);
+    let setup = format!("{}, ghosts: {ghosts}, L = {height}", rule.title);
     let on = |wall: usize| {
         let sign = [1.0, -1.0][wall];
         blocked(&seen.stresses.iter().map(|s| sign * s[wall]).collect::<Vec<_>>())
@@ -93,7 +105,7 @@ fn sheared(rig: &Rig, rule: Collision, slip: f64) -> Result<Outcome, Trouble> {
     let velocity = |y: f64| speed * (y - height / 2.0) / (height + 2.0 * slip);
     let curve = Curve {
         sheet: "couette".into(),
-        name: rule.title.into(),
+        name: format!("{}, ghosts: {ghosts}", rule.title),
         points: seen.profile.points(),
         guide: [0.0, height].map(|y| (y, velocity(y))).to_vec(),
         guide_name: format!("b = {slip}"),

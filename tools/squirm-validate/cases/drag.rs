@@ -18,6 +18,7 @@ pub const CASE: Case = Case {
             in the mean. Expected is Perrin's friction with the correction for periodic images; with offset = 0, the published \
             boundary, at semi-axes smaller by 0.12 a. h = 0.02 in full runs, so that Re = gamma U R/eta = 0.1 in spite of a flow that stands \
             out of the thermal motion. Exact to rounding: what the body took up and the fluid gained is what was put in.",
+    remarks: "",
     sheets: &[],
     parts,
     controls: &[Control {
@@ -138,7 +139,7 @@ fn measure(rig: &Rig, setup: &Setup) -> Result<Outcome, Trouble> {
     let velocity = blocked(&series);
     let friction = push * whole / velocity.mean;
     let error = friction * (velocity.error / velocity.mean).abs();
-    let reynolds = system.fluid.density * setup.velocity * setup.along / crate::bodies::viscosity(&system);
+    let reynolds = system.fluid.density * setup.velocity * setup.along / crate::rules::viscosity(&system);
     let name = format!(
         "{} along its axis, {edge}^3, h = {}, U = {}, Re = {reynolds:.2}",
         setup.name, setup.dt, setup.velocity

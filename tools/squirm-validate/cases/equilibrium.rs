@@ -16,6 +16,7 @@ pub const CASE: Case = Case {
             a fixed total in M cells is 1 - 1/M of the mean. SRD+a that sets the energy of the residual keeps all second moments \
             exactly, but its fourth moments are off by a term of order 1/N, a property of the rule. In a slit: density and \
             temperature from wall to wall, both walls folded together.",
+    remarks: "",
     sheets: &[
         Sheet {
             name: "velocity-law",

@@ -22,6 +22,7 @@ pub const CASE: Case = Case {
             two halves of the frames, so that noise does not add to it. The stresslet C4 of the far field, u_r = C4 (3 cos^2 - 1)/r^2, \
             with its sign, is that of a least-squares fit of stresslet, source dipole and source quadrupole to all bins from 1 a beyond the body \
             to 0.45 L. Errors are jackknife errors of 20 stretches of the run.",
+    remarks: "",
     sheets: &[
         sheet("flow-neutral", "Flow along the axis of a neutral squirmer"),
         sheet("flow-pusher", "Flow of a pusher ahead and beside"),

@@ -23,6 +23,7 @@ pub const CASE: Case = Case {
             19/10 of the known formula (Noguchi and Gompper 2008), but 1.5 of one along the diagonals for many particles and 1.4 \
             for ten, since for points in a cube the variance of x^2 - z^2 is 0.4 of that of 2 x y. The expected ratio takes both from random points in a cube; the kinetic part is \
             isotropic up to order 1/N^2.",
+    remarks: "",
     sheets: &[],
     parts,
     controls: &[Control {

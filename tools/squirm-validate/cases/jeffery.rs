@@ -1,9 +1,10 @@
 //! A spheroid that tumbles in shear flow.
 
-use crate::bodies::{Track, Tracks, hydrodynamic, viscosity};
+use crate::bodies::{Track, Tracks, hydrodynamic};
 use crate::case::{Case, Control, Curve, Outcome, Part, Row, Sheet, Size, Trouble};
 use crate::measure::Fluid;
 use crate::rig::{Planned, Rig, advance};
+use crate::rules::viscosity;
 use squirm::analyze::statistics::{Estimate, blocked, independent};
 use squirm::math::mobility::Friction;
 use squirm::state::start::start;
@@ -21,6 +22,7 @@ pub const CASE: Case = Case {
             Brownian rotation; to first order in Re the period stays (Einarsson et al., Phys. Fluids 27, 063301, 2015). Half turns \
             in which the axis came within 18 degrees of the vorticity do not count: there noise turns the projection. The slit \
             is five body lengths high (two in the quick run, where the walls slow the body a little).",
+    remarks: "",
     sheets: &[Sheet {
         name: "jeffery",
         title: "Turning of a prolate body in shear flow",

@@ -19,6 +19,8 @@ pub const CASE: Case = Case {
             Expectations: eta by molecular chaos; b from an independent program in f64 (planar Couette flow). The \
             flow begins developed. Its slowest fluctuation has the amplitude sqrt(2/N) and lives L^2/(pi^2 nu), 215 tau for \
             SRD+a and L = 30.",
+    remarks: "Without ghosts another code in f64 was said to find a slip length of 1 a; 0.40 a is found here, and 0.55(6) a in a Couette \
+              flow of quick size. Nothing else in these channels depends on it, and the cause of the difference was not looked for.",
     sheets: &[Sheet {
         name: "poiseuille",
         title: "Velocity between two walls, driven by a body force",
@@ -31,13 +33,13 @@ pub const CASE: Case = Case {
         Control {
             name: "no-ghosts",
             about: "cells at the walls are not filled where they should be",
-            part: "thermostat-wall",
+            part: "thermostat-continued",
             spoil: without_ghosts,
         },
         Control {
             name: "no-angular-momentum",
             about: "SRD-a is run where SRD+a is meant",
-            part: "thermostat-wall",
+            part: "thermostat-continued",
             spoil: rules::without_angular_momentum,
         },
     ],
@@ -69,10 +71,28 @@ struct Filling {
 /// Every way to fill a wall, with the slip length that it should leave. The first one is what a quick run measures.
 const FILLINGS: &[Filling] = &[
     Filling {
+        name: "continued",
+        title: "ghosts that continue the shear",
+        rule: rules::THERMOSTAT,
+        sets: &["stage.wall-ghosts.velocity=continued"],
+        change: |_| {},
+        slip: 0.0,
+        tolerance: 0.05,
+    },
+    Filling {
+        name: "continued",
+        title: "ghosts that continue the shear",
+        rule: rules::MINUS_THERMOSTAT,
+        sets: &["stage.wall-ghosts.velocity=continued"],
+        change: |_| {},
+        slip: 0.0,
+        tolerance: 0.05,
+    },
+    Filling {
         name: "wall",
         title: "ghosts of the wall's velocity",
         rule: rules::THERMOSTAT,
-        sets: &[],
+        sets: &["stage.wall-ghosts.velocity=wall"],
         change: |_| {},
         slip: 0.12,
         tolerance: 0.04,
@@ -81,7 +101,7 @@ const FILLINGS: &[Filling] = &[
         name: "wall",
         title: "ghosts of the wall's velocity",
         rule: rules::MINUS_THERMOSTAT,
-        sets: &[],
+        sets: &["stage.wall-ghosts.velocity=wall"],
         change: |_| {},
         slip: 0.19,
         tolerance: 0.04,

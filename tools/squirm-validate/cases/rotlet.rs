@@ -14,6 +14,7 @@ pub const CASE: Case = Case {
             bacteria, Qi et al. 2022), drags the fluid with u_phi = C2 (R/r)^3 sin(th) cos(th), the azimuthal Stokes flow of that \
             symmetry, and neither swims nor spins. The flow is averaged over bins that go with the body; the amplitude is that of \
             the theory's flow in the measured one up to L/3, where the images add less than 1 %.",
+    remarks: "",
     sheets: &[Sheet {
         name: "rotlet",
         title: "Azimuthal flow of a rotlet dipole at 45 degrees from the axis",

@@ -15,6 +15,7 @@ pub const CASE: Case = Case {
             Particles keep their place in memory, and crossings of the box are undone from reading to reading. At h = 1 \
             velocities are forgotten within a step and the formula for molecular chaos holds; at short time steps a \
             particle drags its surroundings along, and D lies above it.",
+    remarks: "",
     sheets: &[Sheet {
         name: "self-diffusion",
         title: "Self-diffusion at 10 particles per cell, 130 degrees, over molecular chaos",

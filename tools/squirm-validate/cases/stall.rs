@@ -3,7 +3,8 @@
 use crate::case::{Case, Control, Outcome, Part, Row, Size, Trouble};
 use crate::measure::Fluid;
 use crate::rig::{Rig, advance, sound};
-use crate::swimmer::{Swimmer, friction_periodic, squirmers, viscosity};
+use crate::rules::viscosity;
+use crate::swimmer::{Swimmer, friction_periodic, squirmers};
 use squirm::analyze::statistics::{Estimate, blocked};
 
 /// The case.
@@ -16,6 +17,7 @@ pub const CASE: Case = Case {
             twice the force that theory wants for a standstill, so that the flow is +U_L, give by a straight line the stall force, \
             where the mean flow vanishes, against zeta_L eta U_L, and the friction. A steady mean momentum of the \
             fluid makes the mean force on the body equal to that on the fluid exactly. The flow starts at its expected value.",
+    remarks: "",
     sheets: &[],
     parts,
     controls: &[

@@ -22,6 +22,7 @@ pub const CASE: Case = Case {
             start in the middle at psi = +-0.4, twice; errors by jackknife over stretches of half a swing. The theory knows no \
             walls, and the viscosity in u_max = gamma g H^2/(2 eta) is the measured one. Reynolds number 0.37, Peclet number 220. \
             The quick part is a narrow channel with strong slip and tells little more than the sign.",
+    remarks: "",
     sheets: &[
         Sheet {
             name: "swinging-position",

@@ -17,6 +17,7 @@ pub const CASE: Case = Case {
             where the headings converge. One run of 11 swimmer lengths for each beta: a pair that parts at the end of one run may \
             stay longer in another. Published (Theers, Westphal, Gompper and Winkler 2016, abstract): pullers swim together in a \
             stable state at a small constant angle, pushers scatter.",
+    remarks: "",
     sheets: &[
         Sheet {
             name: "two-pullers-angle",

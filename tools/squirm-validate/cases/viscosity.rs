@@ -3,7 +3,7 @@
 use crate::case::{Case, Control, Curve, Outcome, Part, Row, Sheet, Size, Trouble};
 use crate::measure::Fluid;
 use crate::rig::{Planned, Rig, advance, sound};
-use crate::rules::INDEPENDENT;
+use crate::rules::known_viscosity;
 use glam::Vec3Swizzles;
 use squirm::analyze::statistics::{Estimate, independent};
 use squirm::math::transport::{Rule, Transport};
@@ -15,11 +15,13 @@ pub const CASE: Case = Case {
     name: "viscosity",
     title: "Viscosity by the decay of shear waves",
     about: "A periodic box begins with a Beltrami flow of the longest wavelength, v = A (sin kz + cos ky, sin kx + cos kz, \
-            sin ky + cos kx) with A = 0.12: six shear waves whose advection is balanced by the pressure, so that each decays as \
+            sin ky + cos kx) with A = 0.15: six shear waves whose advection is balanced by the pressure, so that each decays as \
             exp(-nu k^2 t) (Arnold 1965; Childress 1970). nu is taken from the ratios of the amplitudes at the start and after \
             about one decay time. At h = 0.1 the expectation is the formula for molecular chaos (Kikuchi et al. 2003; Noguchi and \
-            Gompper 2008); at shorter steps the fluid has a memory and the formula lies up to 8 % too high, so the expectation is \
-            the value of an independent code in f64 (1 to 2 %) where there is one.",
+            Gompper 2008); at shorter steps the fluid has a memory and the formula lies up to 5 % off (at 90 degrees as well), so the expectation is \
+            the value of an independent code in f64 (0.3 to 0.7 %) where there is one.",
+    remarks: "At h = 0.05 the value with exact energy lies 2.1(8) % below the independent code and that of the thermostat 1.1(8) %: \
+              a statistical deviation is the likely reason.",
     sheets: &[Sheet {
         name: "viscosity",
         title: "Kinematic viscosity at 10 particles per cell, 130 degrees",
@@ -80,7 +82,7 @@ fn parts(size: Size) -> Vec<Part> {
 
 /// Kinematic viscosity, its error from waves and repetitions, which are independent.
 fn viscosity(rig: &Rig, planned: &Planned, theory: &Transport) -> Result<Estimate, Trouble> {
-    const AMPLITUDE: f64 = 0.12;
+    const AMPLITUDE: f64 = 0.15;
     let domain = &planned.system.domain;
     let k = TAU / f64::from(domain.size[0]);
     let dt = planned.system.run.dt;
@@ -90,7 +92,7 @@ fn viscosity(rig: &Rig, planned: &Planned, theory: &Transport) -> Result<Estimat
     let mut session = rig.session(planned, &state)?;
     let thermal: Vec<_> = state.particles.iter().map(|p| p.velocity).collect();
     let mut values = Vec::new();
-    for _ in 0..rig.pick(8, if planned.system.fluid.density > 20.0 { 4 } else { 8 }) {
+    for _ in 0..rig.pick(8, 12) {
         // The random numbers depend on the step: the same start goes another way each time.
         for (p, v) in state.particles.iter_mut().zip(&thermal) {
             let phase = k * p.position;
@@ -111,9 +113,8 @@ fn viscosity(rig: &Rig, planned: &Planned, theory: &Transport) -> Result<Estimat
 }
 
 fn outcome(rule: &str, (density, dt, angle): (f64, f64, f64), theory: &Transport, found: Estimate) -> Outcome {
-    let known = INDEPENDENT.iter().find(|(r, n, h, _)| *r == rule && *n == density && *h == dt && angle == 130.0);
-    let (expected, source) = match known {
-        Some((.., nu)) => (*nu, "independent f64 code"),
+    let (expected, source) = match known_viscosity(rule, density, dt, angle) {
+        Some(nu) => (nu, "independent f64 code"),
         None => (theory.kinematic(), "molecular chaos"),
     };
     let row = Row {

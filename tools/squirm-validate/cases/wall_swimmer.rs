@@ -3,7 +3,8 @@
 use crate::case::{Case, Control, Outcome, Part, Row, Size, Trouble};
 use crate::measure::{Fluid, wall_impulses};
 use crate::rig::{Planned, Rig, advance, sound};
-use crate::swimmer::{settling, viscosity};
+use crate::rules::viscosity;
+use crate::swimmer::settling;
 use glam::{DMat4, DVec3, DVec4};
 use squirm::analyze::statistics::{Estimate, blocked};
 use squirm::math::flow::SquirmerFlow;
@@ -22,6 +23,7 @@ pub const CASE: Case = Case {
             wall and Faxen's law. The force is that drift times the friction between the walls, found in the same way. What the \
             body received is what fluid and walls have lost: exact at every step. Half the difference \
             of pusher and puller is free of what inertia and compression do to both alike.",
+    remarks: "",
     sheets: &[],
     parts,
     controls: &[Control {
