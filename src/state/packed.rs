@@ -134,7 +134,6 @@ pub fn pack_species(system: &System) -> Vec<SpeciesUniform> {
                 hull_along: s.hull().along as f32,
                 force: s.force.map(|c| c as f32),
                 vorticity: s.hull().second_mode_vorticity() as f32,
-                ..SpeciesUniform::default()
             }
         })
         .collect()

@@ -28,17 +28,7 @@ pub fn write(folder: &Path, size: Size, cases: &[&Case], records: &[Record]) -> 
             write!(text, "\nWhat misses: {}\n", case.remarks)?;
         }
         for sheet in case.sheets {
-            let curves: Vec<Curve> = of_case
-                .iter()
-                .flat_map(|r| &r.outcome.curves)
-                .filter(|c| c.sheet == sheet.name)
-                .map(|c| Curve {
-                    name: c.name.clone(),
-                    points: c.points.clone(),
-                    guide: c.guide.clone(),
-                    guide_name: c.guide_name.clone(),
-                })
-                .collect();
+            let curves = curves(&of_case, sheet.name);
             if curves.is_empty() {
                 continue;
             }
@@ -51,6 +41,23 @@ pub fn write(folder: &Path, size: Size, cases: &[&Case], records: &[Record]) -> 
     }
     std::fs::write(folder.join("README.md"), text)?;
     Ok(())
+}
+
+/// The curves of a sheet; what parts call by one name is one curve.
+fn curves(records: &[&Record], sheet: &str) -> Vec<Curve> {
+    let mut curves: Vec<Curve> = Vec::new();
+    for c in records.iter().flat_map(|r| &r.outcome.curves).filter(|c| c.sheet == sheet) {
+        match curves.iter_mut().find(|known| known.name == c.name) {
+            Some(known) => known.points.extend(&c.points),
+            None => curves.push(Curve {
+                name: c.name.clone(),
+                points: c.points.clone(),
+                guide: c.guide.clone(),
+                guide_name: c.guide_name.clone(),
+            }),
+        }
+    }
+    curves
 }
 
 fn head(size: Size, cases: &[&Case], records: &[Record]) -> String {

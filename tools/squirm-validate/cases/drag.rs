@@ -152,7 +152,7 @@ fn measure(rig: &Rig, setup: &Setup) -> Result<Outcome, Trouble> {
             error,
             expected: Some(expected),
             tolerance: 0.07 * expected,
-            source: format!("Perrin, Hasimoto"),
+            source: "Perrin, Hasimoto".into(),
             note: String::new(),
         },
         Row {

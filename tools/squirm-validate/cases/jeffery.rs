@@ -111,7 +111,7 @@ fn measure(rig: &Rig) -> Result<Outcome, Trouble> {
         error,
         expected: Some(expected),
         tolerance: 0.05 * expected,
-        source: format!("Jeffery 1922"),
+        source: "Jeffery 1922".into(),
         note: format!("{} half turns; {:.3} at the nominal axes", halves.len(), aspect(shape) + aspect(shape).recip()),
     };
     Ok(Outcome { rows: vec![row], curves: vec![curve(&tracks, found.mean, r)] })

@@ -68,7 +68,7 @@ fn measure(rig: &Rig) -> Result<Outcome, Trouble> {
         error: rotation.error,
         expected: Some(expected),
         tolerance: 0.1 * expected,
-        source: format!("Perrin"),
+        source: "Perrin".into(),
         note: format!("with {owed:.1e} for the memory at lags {} to {}", SHORT.0, SHORT.1),
     }];
     // From where inertia is over, to where a third is left in theory; a quick run is too short for that.

@@ -129,12 +129,15 @@ fn outcome(rule: &str, (density, dt, angle): (f64, f64, f64), theory: &Transport
     };
     let mut curves = Vec::new();
     if density == 10.0 && angle == 130.0 {
+        let conserved = rule != "srd-a";
+        let formula =
+            |dt| Rule { density, temperature: 1.0, dt, angle, angular_momentum: conserved }.transport().kinematic();
         curves.push(Curve {
             sheet: "viscosity".into(),
             name: rule.into(),
             points: vec![(dt, found.mean, found.error)],
-            guide: Vec::new(),
-            guide_name: String::new(),
+            guide: (2..=10).map(|k| 0.01 * f64::from(k)).map(|h| (h, formula(h))).collect(),
+            guide_name: "formula".into(),
         });
     }
     Outcome { rows: vec![row], curves }
