@@ -3,11 +3,11 @@
 use super::list::Listed;
 use super::node::Node;
 use crate::diag::Diagnostic;
-use crate::graph::bins;
 use crate::graph::sizes::contact_range;
 use crate::math::steric::SAFETY;
 use crate::params::{Params, Value};
 use crate::stages::squirmer_move::SquirmerMove;
+use crate::state::packed::bins;
 use crate::state::{Species, System};
 use glam::DVec3;
 

@@ -2,10 +2,11 @@
 
 use super::Loaded;
 use super::check::{SOUND, restores};
-use crate::graph::{self, Output, Plan, bins, memory, sizes};
+use crate::graph::{self, Output, Plan, memory, sizes};
 use crate::math::mobility::Friction;
 use crate::math::transport::{Rule, Transport};
 use crate::params::Value;
+use crate::state::packed::bins;
 use crate::wire::Kind;
 use crate::wire::domain::SAMPLES;
 use std::fmt;

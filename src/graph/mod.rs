@@ -8,4 +8,4 @@ pub mod sizes;
 
 pub use kernels::{Kernel, Use, kernels};
 pub use plan::{Output, Plan, PlannedStage};
-pub use sizes::{bins, memory, sizes};
+pub use sizes::{memory, sizes};

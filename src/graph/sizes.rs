@@ -4,45 +4,12 @@ use super::kernels::Kernel;
 use crate::buffers::{Buffer, CATALOGUE, Sizes};
 use crate::math::steric::{SAFETY, SIGMA};
 use crate::state::System;
-use crate::state::packed::smallest_patches;
-
-/// Room by which a bin is wider than the farthest contact, in a.
-const BIN_SLACK: f64 = 0.1;
-
-/// Most bins along one axis.
-const MAX_BINS: u32 = 64;
+use crate::state::packed;
 
 /// Elements of every extent of a step's buffers; `particles` is that of a random start, and snapshots have none.
 #[must_use]
 pub fn sizes(system: &System) -> Sizes {
-    let [x, _, z] = system.domain.size;
-    let longest = longest_semi_axis(system);
-    let ghosts = system.species.iter().map(|s| s.ghosts(&system.fluid)).max().unwrap_or(0);
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-    let box_edge = if longest > 0.0 { (2.0 * longest + 4.0).ceil() as u64 } else { 0 };
-    Sizes {
-        particles: system.particle_count(),
-        cells: system.domain.cells().iter().map(|n| u64::from(*n)).product(),
-        wall_cells: if system.domain.walls.is_some() { 2 * u64::from(x) * u64::from(z) } else { 0 },
-        wall_patches: system.domain.walls.as_ref().map_or(0, |_| smallest_patches(system.domain.cells())),
-        squirmers: u64::from(system.squirmer_count()),
-        species: system.species.len() as u64,
-        ghost_stride: u64::from(ghosts).next_multiple_of(64),
-        box_edge,
-        bins: bins(system).iter().map(|n| u64::from(*n)).product(),
-        ..Sizes::default()
-    }
-}
-
-/// Bins of the squirmers' pair search along each axis: each at least as wide as the farthest contact.
-#[must_use]
-pub fn bins(system: &System) -> [u32; 3] {
-    if system.species.is_empty() {
-        return [1; 3];
-    }
-    let width = contact_range(longest_semi_axis(system)) + BIN_SLACK;
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-    system.domain.size.map(|edge| ((f64::from(edge) / width) as u32).clamp(1, MAX_BINS))
+    packed::sizes(system, system.particle_count())
 }
 
 /// Distance of centres up to which two bodies with this longest semi-axis may touch, in a: both safety margins and the range
@@ -50,10 +17,6 @@ pub fn bins(system: &System) -> [u32; 3] {
 #[must_use]
 pub fn contact_range(longest: f64) -> f64 {
     2.0 * (longest + SAFETY) + 0.123 * SIGMA
-}
-
-fn longest_semi_axis(system: &System) -> f64 {
-    system.species.iter().map(|s| s.semi_axes.along.max(s.semi_axes.across)).fold(0.0, f64::max)
 }
 
 /// Buffers that the kernels bind and the bytes of each, in the order of the catalogue.
@@ -95,16 +58,16 @@ mod tests {
 
     #[test]
     fn a_slit_with_squirmers() {
-        // (3, 3, 6): volume 226.19, so 2262 ghosts at 10 per cell; (2, 2, 2) has fewer.
+        // A hull of (3.12, 3.12, 6.12): volume 249.55, so 2495 ghosts at 10 per cell; (2, 2, 2) has fewer.
         let s = sizes(&system(true, &[(6.0, 3.0), (2.0, 2.0)]));
         assert_eq!(s.cells, 30 * 11 * 20);
         assert_eq!(s.wall_cells, 2 * 30 * 20);
         assert_eq!(s.wall_patches, 2 * 8 * 5);
         assert_eq!((s.squirmers, s.species), (6, 2));
-        assert_eq!(s.ghost_stride, 2304);
-        assert_eq!(s.box_edge, 16);
-        // Contacts up to 12.56, bins at least 12.66 wide.
-        assert_eq!(bins(&system(true, &[(6.0, 3.0), (2.0, 2.0)])), [2, 1, 1]);
+        assert_eq!(s.ghost_stride, 2496);
+        // 6.12 a, half of the longest path of a step 0.6 a, half the diagonal of a cell, and a cell on either side.
+        assert_eq!(s.box_edge, 18);
+        // At least 2 (6.12 + 1) a wide: two along x.
         assert_eq!(s.bins, 2);
     }
 

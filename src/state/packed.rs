@@ -194,6 +194,9 @@ pub fn box_edge(system: &System) -> u32 {
 /// Bins per axis of the squirmers' pair search: none narrower than the reach of the steric force.
 #[must_use]
 pub fn bins(system: &System) -> [u32; 3] {
+    if system.species.is_empty() {
+        return [1; 3];
+    }
     let reach = 2.0 * (longest_semi_axis(system) + STERIC_ALLOWANCE);
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
     system.domain.size.map(|n| ((f64::from(n) / reach).floor() as u32).clamp(1, 64))

@@ -25,6 +25,10 @@ fn continued(patch: i64, memory: f64) -> [Change; 3] {
     ]
 }
 
+fn at_wall_velocity() -> Change {
+    ("wall-ghosts", "velocity", Value::Text("wall".into()))
+}
+
 /// A gas whose shear along x differs from place to place.
 fn sheared(system: &System, set: u32, count: u32) -> Vec<Particle> {
     let mut particles = gas(system, set, count);
@@ -39,7 +43,7 @@ fn ghosts_are_the_references() {
     let system = slit([6, 5, 7]);
     for step in [0, 1, 2, (1 << 32) + 3] {
         let start = State { step, particles: gas(&system, 10, 300), squirmers: Vec::new() };
-        let mut bench = Bench::new(&system, &start, &KINDS[..3], &[]);
+        let mut bench = Bench::new(&system, &start, &KINDS[..3], &[at_wall_velocity()]);
         bench.run_all(&KINDS[..2]);
         let fluid = bench.scene.moments.clone();
         bench.run("wall-ghosts");
@@ -132,7 +136,7 @@ fn walls_receive_what_their_ghosts_gain() {
     let system = slit([6, 5, 7]);
     let start = state(sheared(&system, 11, 2100), Vec::new());
     let mut received = Vec::new();
-    for changes in [Vec::new(), continued(4, 2.0).to_vec()] {
+    for changes in [vec![at_wall_velocity()], continued(4, 2.0).to_vec()] {
         let mut bench = Bench::new(&system, &start, &KINDS, &changes);
         bench.run_all(&KINDS);
         let after = momentum(&bench.scene.state.particles);
