@@ -44,15 +44,6 @@ pub struct Frame {
     samples: Vec<u32>,
 }
 
-/// A wide sum (low, high word) as f64.
-#[allow(clippy::cast_precision_loss, clippy::cast_possible_wrap)]
-fn wide(words: &[u32]) -> f64 {
-    (((u64::from(words[1]) << 32) | u64::from(words[0])) as i64) as f64
-}
-
-/// Scale of the wall impulses (`shaders/lib/wall-impulse.wgsl`).
-const WALL_SCALE: f64 = 1_048_576.0;
-
 impl Frame {
     /// Reads the parts of a reading.
     #[must_use]
@@ -76,7 +67,7 @@ impl Frame {
             torque: loads(4),
             squirmers: packed::unpack_squirmers(system, &states),
             unwrapped,
-            wall_impulses: wall_impulses(&parts.get::<u32>("wall_impulses")),
+            wall_impulses: packed::wall_impulses(&parts.get::<u32>("wall_impulses")),
             faults: parts.get::<u32>("faults").first().copied().unwrap_or(0),
             fields: parts.get("fields"),
             samples: parts.get("samples"),
@@ -215,7 +206,7 @@ fn totals(words: &[u32], scale: f64) -> Totals {
     if words.len() < 14 {
         return Totals::default();
     }
-    let sum = |k: usize| wide(&words[2 * k..]);
+    let sum = |k: usize| packed::wide(&words[2 * k..]);
     let freedom = sum(6);
     Totals {
         count: sum(0),
@@ -223,18 +214,6 @@ fn totals(words: &[u32], scale: f64) -> Totals {
         energy: 0.5 * sum(4) / scale,
         temperature: if freedom > 0.0 { sum(5) / scale / freedom } else { 0.0 },
     }
-}
-
-fn wall_impulses(words: &[u32]) -> [DVec3; 2] {
-    let mut out = [DVec3::ZERO; 2];
-    for partial in words.chunks_exact(12) {
-        for (wall, sum) in out.iter_mut().enumerate() {
-            for axis in 0..3 {
-                sum[axis] += wide(&partial[6 * wall + 2 * axis..]) / WALL_SCALE;
-            }
-        }
-    }
-    out
 }
 
 /// Bytes as megabytes, for people.

@@ -139,6 +139,29 @@ pub fn pack_species(system: &System) -> Vec<SpeciesUniform> {
         .collect()
 }
 
+/// Units of the wall impulses per sqrt(m kT) (`shaders/lib/wall-impulse.wgsl`).
+const WALL_SCALE: f64 = 1_048_576.0;
+
+/// A 64-bit sum (low word, high word) as f64.
+#[must_use]
+#[allow(clippy::cast_precision_loss)]
+pub fn wide(words: &[u32]) -> f64 {
+    ((u64::from(words[1]) << 32) | u64::from(words[0])).cast_signed() as f64
+}
+
+/// Momentum that the low and the high wall have received since the start, sqrt(m kT), from the partial sums of three 64-bit numbers
+/// per wall.
+#[must_use]
+pub fn wall_impulses(words: &[u32]) -> [DVec3; 2] {
+    let mut received = [DVec3::ZERO; 2];
+    for partial in words.chunks_exact(12) {
+        for (k, pair) in partial.chunks_exact(2).enumerate() {
+            received[k / 3][k % 3] += wide(pair) / WALL_SCALE;
+        }
+    }
+    received
+}
+
 /// How many elements every extent has.
 #[must_use]
 pub fn sizes(system: &System, particles: u64) -> Sizes {

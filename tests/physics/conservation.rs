@@ -5,24 +5,15 @@ use glam::DVec3;
 use squirm::gpu::Session;
 use squirm::params::Value;
 use squirm::state::start::start;
-use squirm::state::{State, System};
+use squirm::state::{State, System, packed};
 
 fn energy(state: &State) -> f64 {
     state.particles.iter().map(|p| 0.5 * p.velocity.length_squared()).sum()
 }
 
-/// What the walls received since the start, from the 64 partial sums of six wide sums.
+/// What the walls received since the start.
 fn received(session: &Session) -> [DVec3; 2] {
-    let words = session.read::<u32>("wall_impulses").expect("words");
-    assert_eq!(words.len(), 64 * 12);
-    let mut out = [DVec3::ZERO; 2];
-    for partial in words.chunks_exact(12) {
-        for (k, pair) in partial.chunks_exact(2).enumerate() {
-            let value = ((u64::from(pair[1]) << 32) | u64::from(pair[0])).cast_signed();
-            out[k / 3][k % 3] += value as f64 / 1_048_576.0;
-        }
-    }
-    out
+    packed::wall_impulses(&session.read("wall_impulses").expect("words"))
 }
 
 /// 10,000 steps without a thermostat. A collision rounds the velocities of a cell's ten particles alike, by some 6e-8 each: without

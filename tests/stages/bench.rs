@@ -195,17 +195,9 @@ impl Bench {
         self.floats("fluid_force").chunks_exact(8).take(count).map(load).collect()
     }
 
-    /// Momentum that the low and the high wall received: 64 partial sums of six wide sums.
+    /// Momentum that the low and the high wall received.
     pub fn wall_impulses(&self) -> [DVec3; 2] {
-        let mut out = [DVec3::ZERO; 2];
-        for partial in self.words("wall_impulses").chunks_exact(12) {
-            for (k, pair) in partial.chunks_exact(2).enumerate() {
-                #[allow(clippy::cast_possible_wrap)]
-                let value = ((u64::from(pair[1]) << 32) | u64::from(pair[0])) as i64;
-                out[k / 3][k % 3] += value as f64 / 1_048_576.0;
-            }
-        }
-        out
+        packed::wall_impulses(&self.words("wall_impulses"))
     }
 }
 

@@ -47,6 +47,8 @@ fn a_collision_neither_heats_nor_cools() {
     }
     stretch /= cells;
     println!("energy per collision {drift:.2e}, stretch of the rotations {stretch:.2e}");
-    assert!(stretch.abs() < 1e-9, "{stretch:e}");
-    assert!(drift.abs() < 1.5e-9, "{drift:e}");
+    // The length of one axis is off by 5e-8: 1e-10 for the mean over 2.8e5 cells, of which five are allowed.
+    assert!(stretch.abs() < 5e-10, "{stretch:e}");
+    // Without a fused multiply and add, as on lavapipe, the cells' mean velocities lean by another 5e-10.
+    assert!(drift.abs() < 1.2e-9, "{drift:e}");
 }

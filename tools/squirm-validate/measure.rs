@@ -119,15 +119,7 @@ impl Fluid {
 
 /// Momentum that the low and the high wall have received since the start, sqrt(m kT).
 pub fn wall_impulses(session: &Session) -> Result<[DVec3; 2], Trouble> {
-    // 64 partial sums of six 64-bit numbers, low words first, in units of 2^-20.
-    let mut sums = [DVec3::ZERO; 2];
-    for partial in session.read::<u32>("wall_impulses")?.chunks_exact(12) {
-        for (k, pair) in partial.chunks_exact(2).enumerate() {
-            let value = ((u64::from(pair[1]) << 32) | u64::from(pair[0])).cast_signed();
-            sums[k / 3][k % 3] += value as f64 / 1_048_576.0;
-        }
-    }
-    Ok(sums)
+    Ok(packed::wall_impulses(&session.read("wall_impulses")?))
 }
 
 /// Scales the velocities of a start at rest to exactly this temperature in kT: a rule that keeps the energy keeps what the draw of

@@ -27,6 +27,8 @@ pub struct Swimmer {
     pub edge: u32,
     /// Particles per cell.
     pub density: u32,
+    /// Time step, tau.
+    pub dt: f64,
     /// Random numbers.
     pub seed: u32,
 }
@@ -35,10 +37,11 @@ impl Swimmer {
     /// Overrides for a pipeline whose one species is called `swimmer`. It is put into the far corner of the box, where its neighbourhood
     /// crosses three sides.
     pub fn sets(&self) -> Vec<String> {
-        let Self { across, along, b1, beta, edge, density, seed } = *self;
+        let Self { across, along, b1, beta, edge, density, dt, seed } = *self;
         let corner = 0.9 * f64::from(edge);
         vec![
             format!("run.seed={seed}"),
+            format!("run.dt={dt:?}"),
             format!("box.size=[{edge},{edge},{edge}]"),
             format!("fluid.density={density}"),
             format!("squirmers.swimmer.semi_axes={{across={across:?},along={along:?}}}"),
@@ -60,8 +63,8 @@ impl Swimmer {
 
     /// In tables.
     pub fn name(&self) -> String {
-        let Self { across, along, b1, beta, edge, density, .. } = self;
-        format!("{across} x {across} x {along}, B1 = {b1}, beta = {beta}, L = {edge}, {density} per cell")
+        let Self { across, along, b1, beta, edge, density, dt, .. } = self;
+        format!("{across} x {across} x {along}, B1 = {b1}, beta = {beta}, L = {edge}, {density} per cell, h = {dt}")
     }
 }
 

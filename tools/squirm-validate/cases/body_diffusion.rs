@@ -4,9 +4,8 @@ use crate::bodies::{Tracks, hydrodynamic, isotropic, periodic};
 use crate::case::{Case, Control, Curve, Outcome, Part, Row, Sheet, Size, Trouble};
 use crate::periodic::{Mobility, PeriodicBody};
 use crate::rig::{Planned, Rig, advance};
-use crate::rules::viscosity;
+use crate::rules::{self, viscosity};
 use squirm::analyze::statistics::{Estimate, blocked};
-use squirm::params::Value;
 
 /// The case.
 pub const CASE: Case = Case {
@@ -41,11 +40,7 @@ pub const CASE: Case = Case {
         name: "no-angular-momentum",
         about: "the fluid of SRD-a, twice as viscous, where SRD+a is meant",
         part: "sphere-2",
-        spoil: |plan| {
-            for stage in plan.stages.iter_mut().filter(|s| s.entry.kind == "restore-thermostat") {
-                stage.values.set("angular_momentum", Value::Boolean(false));
-            }
-        },
+        spoil: rules::without_angular_momentum,
     }],
 };
 
@@ -115,14 +110,14 @@ const FULL: [Setup; 4] = [
         tolerance: 0.07,
     },
     Setup {
-        name: "oblate-4-2",
-        across: 4.0,
-        along: 2.0,
-        count: 6,
-        edge: 32,
-        steps: 320_000,
-        displaced: (30.0, 60.0),
-        turned: (16.0, 36.0),
+        name: "oblate-6-3",
+        across: 6.0,
+        along: 3.0,
+        count: 8,
+        edge: 56,
+        steps: 600_000,
+        displaced: (50.0, 100.0),
+        turned: (30.0, 70.0),
         tolerance: 0.07,
     },
 ];

@@ -4,9 +4,9 @@ use crate::bodies::{hydrodynamic, periodic};
 use crate::case::{Case, Control, Outcome, Part, Row, Size, Trouble};
 use crate::measure::Fluid;
 use crate::rig::{Rig, advance, sound};
+use crate::rules;
 use squirm::analyze::statistics::blocked;
 use squirm::gpu::Session;
-use squirm::params::Value;
 
 /// The case.
 pub const CASE: Case = Case {
@@ -25,11 +25,7 @@ pub const CASE: Case = Case {
         name: "no-angular-momentum",
         about: "the fluid of SRD-a, twice as viscous, where SRD+a is meant",
         part: "sphere-2",
-        spoil: |plan| {
-            for stage in plan.stages.iter_mut().filter(|s| s.entry.kind == "restore-thermostat") {
-                stage.values.set("angular_momentum", Value::Boolean(false));
-            }
-        },
+        spoil: rules::without_angular_momentum,
     }],
 };
 
@@ -139,7 +135,7 @@ fn measure(rig: &Rig, setup: &Setup) -> Result<Outcome, Trouble> {
     let velocity = blocked(&series);
     let friction = push * whole / velocity.mean;
     let error = friction * (velocity.error / velocity.mean).abs();
-    let reynolds = system.fluid.density * setup.velocity * setup.along / crate::rules::viscosity(&system);
+    let reynolds = system.fluid.density * setup.velocity * setup.along / rules::viscosity(&system);
     let name = format!(
         "{} along its axis, {edge}^3, h = {}, U = {}, Re = {reynolds:.2}",
         setup.name, setup.dt, setup.velocity

@@ -51,10 +51,10 @@ const fn sheet(name: &'static str, title: &'static str) -> Sheet {
 
 fn parts(size: Size) -> Vec<Part> {
     if size == Size::Quick {
-        let pusher = Swimmer { across: 2.0, along: 2.0, b1: 0.1, beta: -4.0, edge: 10, density: 10, seed: 1 };
+        let pusher = Swimmer { across: 2.0, along: 2.0, b1: 0.1, beta: -4.0, edge: 10, density: 10, dt: 0.02, seed: 1 };
         return vec![part("pusher", pusher, 120, 10)];
     }
-    let pusher = Swimmer { across: 2.0, along: 4.0, b1: 0.04, beta: -5.0, edge: 32, density: 20, seed: 1 };
+    let pusher = Swimmer { across: 2.0, along: 4.0, b1: 0.04, beta: -5.0, edge: 32, density: 20, dt: 0.02, seed: 1 };
     vec![
         part("neutral", Swimmer { b1: 0.15, beta: 0.0, ..pusher }, 3400, 20),
         part("pusher", pusher, 3400, 20),
@@ -242,7 +242,7 @@ mod tests {
     #[test]
     fn the_fit_finds_the_stresslet_of_a_spheroid() {
         for (beta, b1) in [(-5.0, 0.04), (5.0, 0.04)] {
-            let swimmer = Swimmer { across: 2.0, along: 4.0, b1, beta, edge: 32, density: 20, seed: 1 };
+            let swimmer = Swimmer { across: 2.0, along: 4.0, b1, beta, edge: 32, density: 20, dt: 0.02, seed: 1 };
             let theory = Theory::new(&swimmer, DVec3::new(0.3, 0.5, 0.8).normalize());
             let map = FlowMap::new(14.4, 2);
             let far = map.bins(swimmer.shape(), |r| r > 5.0 && r < 14.4);

@@ -32,13 +32,13 @@ pub const CASE: Case = Case {
     }],
     parts,
     controls: &[Control {
-        name: "rod",
-        about: "a rod of aspect 4 and the same volume tumbles, 1.7 times as slowly",
+        name: "walls-at-rest",
+        about: "nothing shears the fluid",
         part: "prolate",
         spoil: |plan| {
-            let axes = &mut plan.system.species[0].semi_axes;
-            let across = (axes.along * axes.across * axes.across / 4.0).cbrt();
-            (axes.along, axes.across) = (4.0 * across, across);
+            if let Some(walls) = &mut plan.system.domain.walls {
+                (walls.velocity_low, walls.velocity_high) = ([0.0; 3], [0.0; 3]);
+            }
         },
     }],
 };

@@ -3,8 +3,8 @@
 use crate::bodies::{Tracks, hydrodynamic, periodic};
 use crate::case::{Case, Control, Curve, Outcome, Part, Row, Sheet, Size, Trouble};
 use crate::rig::{Rig, advance};
+use crate::rules;
 use squirm::analyze::statistics::{Estimate, blocked, jackknife, mean};
-use squirm::params::Value;
 
 /// The case.
 pub const CASE: Case = Case {
@@ -28,11 +28,7 @@ pub const CASE: Case = Case {
         name: "no-angular-momentum",
         about: "the fluid of SRD-a, twice as viscous, where SRD+a is meant",
         part: "prolate",
-        spoil: |plan| {
-            for stage in plan.stages.iter_mut().filter(|s| s.entry.kind == "restore-thermostat") {
-                stage.values.set("angular_momentum", Value::Boolean(false));
-            }
-        },
+        spoil: rules::without_angular_momentum,
     }],
 };
 

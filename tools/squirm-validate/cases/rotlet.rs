@@ -32,7 +32,7 @@ pub const CASE: Case = Case {
 };
 
 fn parts(size: Size) -> Vec<Part> {
-    let sphere = Swimmer { across: 3.0, along: 3.0, b1: 0.0, beta: 0.0, edge: 24, density: 20, seed: 1 };
+    let sphere = Swimmer { across: 3.0, along: 3.0, b1: 0.0, beta: 0.0, edge: 24, density: 20, dt: 0.02, seed: 1 };
     let (sphere, rotlet, frames, every) = match size {
         Size::Quick => (Swimmer { across: 2.0, along: 2.0, edge: 10, density: 10, ..sphere }, 0.6, 100, 10),
         Size::Full => (sphere, 0.3, 2500, 20),

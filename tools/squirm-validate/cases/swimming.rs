@@ -68,7 +68,8 @@ pub const CASE: Case = Case {
 const INERTIA: f64 = 0.15;
 
 fn parts(size: Size) -> Vec<Part> {
-    let neutral = |across, along, edge, density| Swimmer { across, along, b1: 0.1, beta: 0.0, edge, density, seed: 1 };
+    let neutral =
+        |across, along, edge, density| Swimmer { across, along, b1: 0.1, beta: 0.0, edge, density, dt: 0.02, seed: 1 };
     if size == Size::Quick {
         let prolate = Swimmer { b1: 0.25, ..neutral(2.0, 4.0, 12, 10) };
         return vec![shape_part(prolate, 1, 1200)];
@@ -89,6 +90,10 @@ fn parts(size: Size) -> Vec<Part> {
     let prolate = neutral(2.0, 4.0, 16, 50);
     for (beta, b1, steps) in [(1.0, 0.1, 30_000), (3.0, 0.05, 80_000), (5.0, 0.04, 120_000)] {
         out.push(pair_part(format!("beta-{beta}"), Swimmer { b1, beta, ..prolate }, steps));
+    }
+    // A longer time step has less viscosity: more inertia and less compression.
+    for (dt, steps) in [(0.05, 48_000), (0.1, 24_000)] {
+        out.push(pair_part(format!("beta-5-{dt}"), Swimmer { b1: 0.04, beta: 5.0, dt, ..prolate }, steps));
     }
     let sphere = neutral(4.0, 4.0, 16, 50);
     out.push(box_part(sphere, 30_000));

@@ -3,11 +3,10 @@
 use crate::case::{Case, Control, Curve, Outcome, Part, Row, Sheet, Size, Trouble};
 use crate::measure::Fluid;
 use crate::rig::{Planned, Rig, advance, sound};
-use crate::rules::known_viscosity;
+use crate::rules::{self, Collision, known_viscosity};
 use glam::Vec3Swizzles;
 use squirm::analyze::statistics::{Estimate, independent};
 use squirm::math::transport::{Rule, Transport};
-use squirm::params::Value;
 use std::f64::consts::TAU;
 
 /// The case.
@@ -34,17 +33,9 @@ pub const CASE: Case = Case {
         name: "no-angular-momentum",
         about: "SRD-a is run where SRD+a is meant",
         part: "energy-10-0.1-130",
-        spoil: |plan| {
-            for stage in plan.stages.iter_mut().filter(|s| s.entry.kind == "restore-thermostat") {
-                stage.values.set("angular_momentum", Value::Boolean(false));
-            }
-        },
+        spoil: rules::without_angular_momentum,
     }],
 };
-
-/// A collision rule: name, thermostat mode, whether it conserves angular momentum.
-const RULES: [(&str, &str, bool); 3] =
-    [("srd-a", "energy", false), ("energy", "energy", true), ("thermostat", "thermostat", true)];
 
 fn parts(size: Size) -> Vec<Part> {
     let settings: &[(f64, f64, f64)] = match size {
@@ -60,24 +51,23 @@ fn parts(size: Size) -> Vec<Part> {
             (10.0, 0.1, 160.0),
         ],
     };
-    let part = |(rule, mode, conserved): (&'static str, &'static str, bool), (density, dt, angle): (f64, f64, f64)| {
-        Part::new(format!("{rule}-{density}-{dt}-{angle}"), move |rig| {
-            let sets = [
+    let part = |rule: Collision, (density, dt, angle): (f64, f64, f64)| {
+        Part::new(format!("{}-{density}-{dt}-{angle}", rule.name), move |rig| {
+            let mut sets = rule.sets();
+            sets.extend([
                 format!("fluid.density={density}"),
                 format!("run.dt={dt}"),
                 format!("stage.rotate.angle={angle}"),
-                format!("stage.restore-thermostat.mode={mode}"),
-                format!("stage.restore-thermostat.angular_momentum={conserved}"),
-            ];
+            ]);
             let edge = rig.pick(16, if density > 20.0 { 24 } else { 32 });
-            let sets: Vec<String> = sets.into_iter().chain([format!("box.size=[{edge},{edge},{edge}]")]).collect();
+            sets.push(rules::size_set([edge; 3]));
             let planned = rig.plan("shear-wave", &sets)?;
-            let theory = Rule { density, temperature: 1.0, dt, angle, angular_momentum: conserved }.transport();
+            let theory = Rule { density, temperature: 1.0, dt, angle, angular_momentum: rule.conserved }.transport();
             let found = viscosity(rig, &planned, &theory)?;
-            Ok(outcome(rule, (density, dt, angle), &theory, found))
+            Ok(outcome(rule.name, (density, dt, angle), &theory, found))
         })
     };
-    RULES.iter().flat_map(|rule| settings.iter().map(move |s| part(*rule, *s))).collect()
+    rules::ALL.iter().flat_map(|rule| settings.iter().map(move |s| part(*rule, *s))).collect()
 }
 
 /// Kinematic viscosity, its error from waves and repetitions, which are independent.
