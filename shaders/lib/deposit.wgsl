@@ -11,8 +11,12 @@ fn deposit3(word: u32, a: vec3<i32>) {
     atomicAdd(&moments[word + 2u], bitcast<u32>(a.z));
 }
 
+// What one fluid particle adds to the count of its cell, and what a ghost adds.
+const ONE_PARTICLE: u32 = 1u;
+const ONE_GHOST: u32 = 0x10001u;
+
 // x from the cell's centre.
-fn deposit(cell: u32, x: vec3<f32>, v: vec3<f32>) {
+fn deposit(one: u32, cell: u32, x: vec3<f32>, v: vec3<f32>) {
     let square = fma(v.x, v.x, fma(v.y, v.y, v.z * v.z));
     // The comparison is false for a velocity that is not a number, too. Comparing such a number with itself says nothing in WGSL:
     // its bits do.
@@ -21,7 +25,7 @@ fn deposit(cell: u32, x: vec3<f32>, v: vec3<f32>) {
         return;
     }
     let word = cell * MOMENT_WORDS;
-    atomicAdd(&moments[word], 1u);
+    atomicAdd(&moments[word], one);
     deposit3(word + 1u, fixed3(v * system.scale_velocity));
     atomicAdd(&moments[word + 4u], u32(round(square * system.scale_energy)));
     atomicAdd(&moments[word + 5u], u32(round(square * system.scale_coarse)));

@@ -1,9 +1,11 @@
 // The 23 sums over a cell's particles, and a coarse copy of sum |v|^2 that shows when the fine one has wrapped.
-// Words: 0 count | 1-3 v | 4 |v|^2 (unsigned) | 5 the same, coarse | 6-8 x | 9-14 xx: xx yy zz xy xz yz | 15-23 x_i v_j, row by row.
+// Words: 0 count, and in the high half how many of them are ghosts | 1-3 v | 4 |v|^2 (unsigned) | 5 the same, coarse | 6-8 x | 9-14 xx: xx yy zz xy xz yz | 15-23 x_i v_j, row by row.
 const MOMENT_WORDS: u32 = 24u;
 
 struct Moments {
     count: f32,
+    // Whether a wall or a squirmer cuts the cell.
+    ghosts: bool,
     v: vec3<f32>,
     energy: f32,
     x: vec3<f32>,
@@ -19,7 +21,9 @@ struct Moments {
 fn moments_of(words: array<u32, 24>) -> Moments {
     var w = words;
     var m: Moments;
-    m.count = f32(w[0]);
+    let count = w[0] & 0xffffu;
+    m.count = f32(count);
+    m.ghosts = w[0] > 0xffffu;
     m.v = signed3(w[1], w[2], w[3]) * system.inverse_velocity;
     m.energy = f32(w[4]) * system.inverse_energy;
     m.x = signed3(w[6], w[7], w[8]) * system.inverse_position;
@@ -29,7 +33,7 @@ fn moments_of(words: array<u32, 24>) -> Moments {
     m.xv[1] = signed3(w[18], w[19], w[20]) * system.inverse_mixed;
     m.xv[2] = signed3(w[21], w[22], w[23]) * system.inverse_mixed;
     m.faults = 0u;
-    if w[0] > system.max_count {
+    if count > system.max_count {
         m.faults |= FAULT_COUNT;
     }
     // Each contribution rounds by at most half a unit in either sum.

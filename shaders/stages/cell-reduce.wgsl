@@ -30,5 +30,5 @@ fn reduce(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) grou
         return;
     }
     let place = locate(position_at(i), vec3<u32>(shift[0], shift[1], shift[2]));
-    deposit(place.cell, place.offset, velocity_at(i));
+    deposit(ONE_PARTICLE, place.cell, place.offset, velocity_at(i));
 }

@@ -1,4 +1,5 @@
-// rotate: velocities relative to the cell's mean turn about a random axis (Malevanets and Kapral 1999): A = R, W = 0.
+// rotate: velocities relative to the cell's mean turn about a random axis (Malevanets and Kapral 1999): A = R, W = 0. Where a cell
+// holds ghosts they turn further.
 //!include dispatch
 //!include rng
 //!include moments-load
@@ -23,7 +24,11 @@ fn rotate(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) grou
     }
     var o = no_collision();
     if m.count >= 2.0 {
-        o = rotation(random_axis(cell));
+        let held = m.ghosts;
+        let cos = select(settings.cos, settings.ghost_cos, held);
+        let sin = select(settings.sin, settings.ghost_sin, held);
+        let one_minus_cos = select(settings.one_minus_cos, settings.ghost_one_minus_cos, held);
+        o = rotation(random_axis(cell), cos, sin, one_minus_cos);
         let vc = vec3<f32>(divide(m.v.x, m.count), divide(m.v.y, m.count), divide(m.v.z, m.count));
         o.b = centred(o, vc, vec3<f32>(0.0));
     }
@@ -39,10 +44,9 @@ fn random_axis(cell: u32) -> vec3<f32> {
 }
 
 // Rodrigues: R = c 1 + s [e]x + (1 - c) e e^T.
-fn rotation(e: vec3<f32>) -> Operator {
-    let c = settings.cos;
-    let f = e * settings.one_minus_cos;
-    let g = e * settings.sin;
+fn rotation(e: vec3<f32>, c: f32, sin: f32, one_minus_cos: f32) -> Operator {
+    let f = e * one_minus_cos;
+    let g = e * sin;
     var o = no_collision();
     o.a[0] = vec3<f32>(fma(f.x, e.x, c), fma(f.x, e.y, -g.z), fma(f.x, e.z, g.y));
     o.a[1] = vec3<f32>(fma(f.y, e.x, g.z), fma(f.y, e.y, c), fma(f.y, e.z, -g.x));

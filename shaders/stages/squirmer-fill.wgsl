@@ -134,7 +134,7 @@ fn fill(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups
     }
     let g = ghost(i, index, kind, squirmers[i].orientation, settings.continued == 1u);
     let place = ghost_place(i, g);
-    deposit(place.cell, place.offset, moving_ghost(i, g));
+    deposit(ONE_GHOST, place.cell, place.offset, moving_ghost(i, g));
 }
 
 // The momentum that the ghosts gain in the collision is the squirmer's.

@@ -230,7 +230,7 @@ fn fill(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups
             break;
         }
         let g = wall_ghost(c, index, u);
-        deposit(c.cell, g.x, g.v);
+        deposit(ONE_GHOST, c.cell, g.x, g.v);
     }
 }
 

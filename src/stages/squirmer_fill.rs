@@ -85,7 +85,7 @@ impl Stage for SquirmerFill {
             scene.ghost_motion.push((linear, angular));
             for ghost in ghosts {
                 let (cell, offset) = scene.locate(system, squirmer_position(scene, owner) + ghost.arm);
-                scene.moments[cell].add(offset, ghost.velocity(linear, angular));
+                scene.moments[cell].add_ghost(offset, ghost.velocity(linear, angular));
             }
         }
     }

@@ -97,7 +97,7 @@ impl Stage for WallGhosts {
             observe(params, system, scene);
         }
         for ghost in ghosts(params, system, scene) {
-            scene.moments[ghost.cell].add(ghost.offset, ghost.velocity);
+            scene.moments[ghost.cell].add_ghost(ghost.offset, ghost.velocity);
         }
     }
 

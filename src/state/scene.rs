@@ -9,6 +9,8 @@ use glam::{DMat3, DQuat, DVec3};
 pub struct Moments {
     /// Particles, ghosts included.
     pub count: f64,
+    /// Ghosts.
+    pub ghosts: f64,
     /// sum v.
     pub v: DVec3,
     /// sum |v|^2.
@@ -25,7 +27,7 @@ impl Default for Moments {
     fn default() -> Self {
         // A matrix of glam is the identity by default.
         let (xx, xv) = (DMat3::ZERO, DMat3::ZERO);
-        Self { count: 0.0, v: DVec3::ZERO, energy: 0.0, x: DVec3::ZERO, xx, xv }
+        Self { count: 0.0, ghosts: 0.0, v: DVec3::ZERO, energy: 0.0, x: DVec3::ZERO, xx, xv }
     }
 }
 
@@ -38,6 +40,12 @@ impl Moments {
         self.x += x;
         self.xx += outer(x, x);
         self.xv += outer(x, v);
+    }
+
+    /// Adds one ghost of a wall or a squirmer.
+    pub fn add_ghost(&mut self, x: DVec3, v: DVec3) {
+        self.add(x, v);
+        self.ghosts += 1.0;
     }
 }
 

@@ -6,10 +6,10 @@ use squirm::params::Params;
 use squirm::stages::restore_thermostat::RestoreThermostat;
 use squirm::stages::rotate::Rotate;
 use squirm::stages::sort_reorder::SortReorder;
-use squirm::state::scene::outer;
+use squirm::state::scene::{Moments, outer};
 
 fn rotate() -> (&'static str, squirm::params::Values) {
-    ("rotate", Rotate { angle: 130.0 }.to_values())
+    ("rotate", Rotate { angle: 130.0, grip: 1.22 }.to_values())
 }
 
 fn restore(mode: &str, angular_momentum: bool) -> (&'static str, squirm::params::Values) {
@@ -170,11 +170,32 @@ fn rotation_has_its_angle_and_an_isotropic_axis() {
     }
 }
 
+/// A cell with a ghost turns further, and by half a turn at the most.
+#[test]
+fn cells_with_ghosts_turn_further() {
+    let system = system([1, 1, 1], 0.1);
+    for (angle, grip, wanted) in [(130.0, 1.0, 130.0), (130.0, 1.22, 180.0), (90.0, 1.5, 120.0), (60.0, 3.0, 120.0)] {
+        let mut scene = scene(Vec::new(), Vec::new());
+        scene.moments = vec![Moments::default(); 2];
+        for k in 0..3 {
+            let (x, v) = (DVec3::splat(0.1 * f64::from(k)), DVec3::new(f64::from(k), 1.0, 0.0));
+            scene.moments[0].add(x, v);
+            scene.moments[1].add_ghost(x, v);
+        }
+        Rotate::reference(&Rotate { angle, grip }, &system, &mut scene);
+        for (operator, angle) in scene.operators.iter().zip([angle, wanted]) {
+            let trace = operator.a.x_axis.x + operator.a.y_axis.y + operator.a.z_axis.z;
+            // The cosine may be 1000 units of 2^-23 off, for a better sine.
+            assert!((trace - 1.0 - 2.0 * f64::to_radians(angle).cos()).abs() < 2.4e-4, "{angle}: {trace}");
+        }
+    }
+}
+
 #[test]
 fn sine_and_cosine_are_unimodular_in_f32() {
     let system = system([4, 4, 4], 0.1);
     for angle in [0.0, 5.0, 90.0, 120.0, 130.0, 180.0] {
-        let settings = Rotate::uniform(&Rotate { angle }, &system);
+        let settings = Rotate::uniform(&Rotate { angle, grip: 1.0 }, &system);
         let (cos, sin) = (f64::from(settings.cos), f64::from(settings.sin));
         assert!((cos * cos + sin * sin - 1.0).abs() < 1e-9, "{angle}");
         assert_eq!(f64::from(settings.one_minus_cos), 1.0 - cos, "{angle}");

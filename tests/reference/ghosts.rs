@@ -11,7 +11,7 @@ use squirm::state::scene::{Load, Moments, outer};
 
 fn stages(kinds: &[&'static str]) -> Vec<(&'static str, squirm::params::Values)> {
     let values = |kind| match kind {
-        "rotate" => Rotate { angle: 130.0 }.to_values(),
+        "rotate" => Rotate { angle: 130.0, grip: 1.22 }.to_values(),
         "restore-thermostat" => RestoreThermostat { mode: "thermostat".into(), angular_momentum: true }.to_values(),
         "squirmer-fill" => SquirmerFill { ghosts: "equipartition".into(), slip: "continued".into() }.to_values(),
         "wall-ghosts" => WallGhosts { velocity: "wall".into(), patch: 8, memory: 2.0 }.to_values(),

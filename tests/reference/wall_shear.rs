@@ -139,7 +139,7 @@ fn walls_gain_what_the_fluid_loses_to_continued_ghosts() {
     let stages = |velocity: &str| {
         [
             ("wall-ghosts", WallGhosts { velocity: velocity.into(), ..continued(4, 2.0) }.to_values()),
-            ("rotate", Rotate { angle: 130.0 }.to_values()),
+            ("rotate", Rotate { angle: 130.0, grip: 1.22 }.to_values()),
             ("restore-thermostat", RestoreThermostat { mode: "thermostat".into(), angular_momentum: true }.to_values()),
         ]
     };

@@ -207,7 +207,8 @@ fn decode_moments(scales: &Scales, words: &[u32]) -> Moments {
     let (diagonal, mixed) = (vector(9) / scales.second, vector(12) / scales.second);
     let rows = [15, 18, 21].map(|from| vector(from) / scales.mixed);
     Moments {
-        count: f64::from(words[0]),
+        count: f64::from(words[0] & 0xffff),
+        ghosts: f64::from(words[0] >> 16),
         v: vector(1) / scales.velocity,
         energy: f64::from(words[4]) / scales.energy,
         x: vector(6) / scales.position,
@@ -231,6 +232,7 @@ pub fn excess(system: &System, found: &Moments, wanted: &Moments, speed: f64, pl
     let largest = |m: DMat3| m.to_cols_array().into_iter().fold(0.0, |most: f64, x| most.max(x.abs()));
     [
         (found.count - n).abs() / 0.5,
+        (found.ghosts - wanted.ghosts).abs() / 0.5,
         (found.v - wanted.v).abs().max_element() / allowed(scales.velocity, all, n * speed),
         (found.energy - q).abs() / allowed(scales.energy, q, 2.0 * all * speed + n * speed * speed),
         (found.x - wanted.x).abs().max_element() / allowed(scales.position, 0.5 * n, n * place),

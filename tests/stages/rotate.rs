@@ -40,3 +40,27 @@ fn maps_of_a_gas() {
         assert_eq!(bench.faults(), 0);
     }
 }
+
+/// Beside a wall cells turn further by their grip, elsewhere they do not.
+#[test]
+fn maps_of_cells_that_hold_ghosts() {
+    let kinds = ["shift-grid", "cell-reduce", "wall-ghosts", "rotate"];
+    let mut system = rig::system([9, 6, 7]);
+    system.domain.walls = Some(rig::walls());
+    let start = state(gas(&system, 10, 3000), Vec::new());
+    for grip in [1.0, 1.1, 1.22] {
+        let mut bench = Bench::new(&system, &start, &kinds, &[("rotate", "grip", Value::Float(grip))]);
+        bench.run_all(&kinds);
+        let mut turned = [0; 2];
+        for ((found, wanted), m) in bench.operators().iter().zip(&bench.scene.operators).zip(&bench.scene.moments) {
+            let trace = found.a.x_axis.x + found.a.y_axis.y + found.a.z_axis.z;
+            let more = if m.ghosts > 0.0 { grip } else { 1.0 };
+            let expected = 3.0 - 2.0 * (more * (1.0 - f64::to_radians(130.0).cos())).min(2.0);
+            assert!(m.count < 2.0 || (trace - expected).abs() < 2.4e-4, "{trace} {expected}");
+            assert!(largest(found.a - wanted.a) < 4.0 * TRANSCENDENTAL);
+            turned[usize::from(m.ghosts > 0.0)] += 1;
+        }
+        assert!(turned[0] > 300 && turned[1] > 100, "{turned:?}");
+        assert_eq!(bench.faults(), 0);
+    }
+}

@@ -8,23 +8,17 @@ use glam::{DQuat, DVec3};
 use squirm::analyze::statistics::{Estimate, blocked};
 use squirm::buffers::SquirmerState;
 use squirm::gpu::Session;
-use squirm::math::spheroid::Spheroid;
 use squirm::state::start::nearest_image;
-use squirm::state::{Species, Squirmer, System, packed};
+use squirm::state::{Squirmer, System, packed};
 
 /// How far inside a body's hull the fluid comes to rest, in a: ghosts have the velocity of the body, while the fluid that they stand
 /// for would go on along its gradient. It is the slip length of a plane wall; the default `offset` of a species is as large.
 const SLIP_LENGTH: f64 = 0.12;
 
-/// The spheroid on whose surface the fluid does not slip.
-pub fn hydrodynamic(species: &Species) -> Spheroid {
-    species.hull().grown(-SLIP_LENGTH)
-}
-
-/// The system's first species in its periodic cube, with this surface.
-pub fn periodic(system: &System, shape: Spheroid) -> PeriodicBody {
+/// The system's first species in its periodic cube, with the surface on which the fluid does not slip.
+pub fn periodic(system: &System) -> PeriodicBody {
     PeriodicBody {
-        shape,
+        shape: system.species[0].hull().grown(-SLIP_LENGTH),
         edge: f64::from(system.domain.size[0]),
         density: system.fluid.density,
         viscosity: viscosity(system),

@@ -29,6 +29,8 @@ pub struct Swimmer {
     pub density: u32,
     /// Time step, tau.
     pub dt: f64,
+    /// Temperature of the fluid, kT.
+    pub temperature: f64,
     /// Random numbers.
     pub seed: u32,
 }
@@ -37,13 +39,14 @@ impl Swimmer {
     /// Overrides for a pipeline whose one species is called `swimmer`. It is put into the far corner of the box, where its neighbourhood
     /// crosses three sides.
     pub fn sets(&self) -> Vec<String> {
-        let Self { across, along, b1, beta, edge, density, dt, seed } = *self;
+        let Self { across, along, b1, beta, edge, density, dt, temperature, seed } = *self;
         let corner = 0.9 * f64::from(edge);
         vec![
             format!("run.seed={seed}"),
             format!("run.dt={dt:?}"),
             format!("box.size=[{edge},{edge},{edge}]"),
             format!("fluid.density={density}"),
+            format!("fluid.temperature={temperature:?}"),
             format!("squirmers.swimmer.semi_axes={{across={across:?},along={along:?}}}"),
             format!("squirmers.swimmer.b1={b1:?}"),
             format!("squirmers.swimmer.beta={beta:?}"),
@@ -63,8 +66,11 @@ impl Swimmer {
 
     /// In tables.
     pub fn name(&self) -> String {
-        let Self { across, along, b1, beta, edge, density, dt, .. } = self;
-        format!("{across} x {across} x {along}, B1 = {b1}, beta = {beta}, L = {edge}, {density} per cell, h = {dt}")
+        let Self { across, along, b1, beta, edge, density, dt, temperature, .. } = self;
+        let cold = if *temperature == 1.0 { String::new() } else { format!(", kT = {temperature}") };
+        format!(
+            "{across} x {across} x {along}, B1 = {b1}, beta = {beta}, L = {edge}, {density} per cell, h = {dt}{cold}"
+        )
     }
 }
 

@@ -133,8 +133,17 @@ fn conserved(rig: &Rig, name: &str, planned: &Planned) -> Result<Outcome, Troubl
 
 /// Mean force and torque on a free squirmer from the record of every step.
 fn free(rig: &Rig) -> Result<Outcome, Trouble> {
-    let swimmer =
-        Swimmer { across: 2.0, along: 4.0, b1: 0.1, beta: 3.0, edge: rig.pick(12, 16), density: 10, dt: 0.05, seed: 1 };
+    let swimmer = Swimmer {
+        across: 2.0,
+        along: 4.0,
+        b1: 0.1,
+        beta: 3.0,
+        edge: rig.pick(12, 16),
+        density: 10,
+        dt: 0.05,
+        temperature: 1.0,
+        seed: 1,
+    };
     let planned = rig.plan("swimming", &swimmer.sets())?;
     let system = &planned.system;
     let state = rig.start(&planned)?;

@@ -1,6 +1,6 @@
 //! Stokes drag on a held body.
 
-use crate::bodies::{hydrodynamic, periodic};
+use crate::bodies::periodic;
 use crate::case::{Case, Control, Outcome, Part, Row, Size, Trouble};
 use crate::measure::Fluid;
 use crate::rig::{Rig, advance, sound};
@@ -15,10 +15,12 @@ pub const CASE: Case = Case {
     about: "A body is held in a periodic cube and a body force drives the fluid past it along its axis. The friction is F/U with \
             U the mean velocity over the whole volume, body included, and F = gamma g L^3: Hasimoto's force (J. Fluid Mech. 5, \
             317, 1959), which counts the mean pressure gradient over the volume of the body; the fluid itself exerts gamma g (L^3 - V) \
-            in the mean. Expected is Perrin's friction with the correction for periodic images; with offset = 0, the published \
-            boundary, at semi-axes smaller by 0.12 a. h = 0.02 in full runs, so that Re = gamma U R/eta = 0.1 in spite of a flow that stands \
+            in the mean. Expected is Perrin's friction with the correction for periodic images; with offset = 0, the published boundary, \
+            at semi-axes smaller by 0.12 a. h = 0.02 in full runs but one, so that Re = gamma U R/eta = 0.1 in spite of a flow that stands \
             out of the thermal motion. Exact to rounding: what the body took up and the fluid gained is what was put in.",
-    remarks: "",
+    remarks: "At h = 0.1 the friction is right to 1 %. At h = 0.02 it is 2 to 4 % low, by the published rule as well: a \
+              plane wall there has the same slip length in the mean-field model, so that curvature or the finer scale \
+              of the flow must be the cause.",
     sheets: &[],
     parts,
     controls: &[Control {
@@ -36,7 +38,7 @@ struct Setup {
     across: f64,
     along: f64,
     edge: u32,
-    /// Of the hull.
+    /// Of the hull; 0 is the published model.
     offset: f64,
     dt: f64,
     velocity: f64,
@@ -57,7 +59,7 @@ const QUICK: [Setup; 1] = [Setup {
     every: 40,
 }];
 
-const FULL: [Setup; 3] = [
+const FULL: [Setup; 4] = [
     Setup {
         name: "sphere-3-offset-0",
         across: 3.0,
@@ -91,6 +93,17 @@ const FULL: [Setup; 3] = [
         steps: 120_000,
         every: 200,
     },
+    Setup {
+        name: "sphere-3-0.1",
+        across: 3.0,
+        along: 3.0,
+        edge: 24,
+        offset: 0.12,
+        dt: 0.1,
+        velocity: 0.04,
+        steps: 120_000,
+        every: 200,
+    },
 ];
 
 fn parts(size: Size) -> Vec<Part> {
@@ -115,7 +128,7 @@ fn measure(rig: &Rig, setup: &Setup) -> Result<Outcome, Trouble> {
         ]
     };
     let system = rig.plan("held-body", &sets(0.0))?.system;
-    let expected = 1.0 / periodic(&system, hydrodynamic(&system.species[0])).mobility().along;
+    let expected = 1.0 / periodic(&system).mobility().along;
     let whole = system.fluid.density * system.domain.volume();
     let push = expected * setup.velocity / whole;
     let planned = rig.plan("held-body", &sets(push))?;

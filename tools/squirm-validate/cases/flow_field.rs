@@ -22,7 +22,12 @@ pub const CASE: Case = Case {
             two halves of the frames, so that noise does not add to it. The stresslet C4 of the far field, u_r = C4 (3 cos^2 - 1)/r^2, \
             with its sign, is that of a least-squares fit of stresslet, source dipole and source quadrupole to all bins from 1 a beyond the body \
             to 0.45 L. Errors are jackknife errors of 20 stretches of the run.",
-    remarks: "",
+    remarks: "The flow of the neutral squirmer of 2 x 2 x 4 is 15 % too strong, its source dipole 29(3) %: the flow is \
+              that of the hull, whose volume is 16 % larger, while the speed is the nominal body's; for 3 x 3 x 6 it \
+              would be 10 %. With offset = 0, slip = constant and grip = 1.22 it is 0.994(12) of theory and the dipole \
+              1.02(4), but then the stresslet is 0.85(3) of theory and the stall force 0.94 (docs/physics.md). What is \
+              left over of pushers and pullers is a pattern of 7 to 9 % of the flow where 5 % were wanted, mostly \
+              within a cell of the surface.",
     sheets: &[
         sheet("flow-neutral", "Flow along the axis of a neutral squirmer"),
         sheet("flow-pusher", "Flow of a pusher ahead and beside"),
@@ -51,10 +56,30 @@ const fn sheet(name: &'static str, title: &'static str) -> Sheet {
 
 fn parts(size: Size) -> Vec<Part> {
     if size == Size::Quick {
-        let pusher = Swimmer { across: 2.0, along: 2.0, b1: 0.1, beta: -4.0, edge: 10, density: 10, dt: 0.02, seed: 1 };
+        let pusher = Swimmer {
+            across: 2.0,
+            along: 2.0,
+            b1: 0.1,
+            beta: -4.0,
+            edge: 10,
+            density: 10,
+            dt: 0.02,
+            temperature: 1.0,
+            seed: 1,
+        };
         return vec![part("pusher", pusher, 120, 10)];
     }
-    let pusher = Swimmer { across: 2.0, along: 4.0, b1: 0.04, beta: -5.0, edge: 32, density: 20, dt: 0.02, seed: 1 };
+    let pusher = Swimmer {
+        across: 2.0,
+        along: 4.0,
+        b1: 0.04,
+        beta: -5.0,
+        edge: 32,
+        density: 20,
+        dt: 0.02,
+        temperature: 1.0,
+        seed: 1,
+    };
     vec![
         part("neutral", Swimmer { b1: 0.15, beta: 0.0, ..pusher }, 3400, 20),
         part("pusher", pusher, 3400, 20),
@@ -184,8 +209,7 @@ fn outcome(rig: &Rig, name: &str, swimmer: &Swimmer, map: &FlowMap, theory: &The
         note: String::new(),
     };
     let strength = estimate(&|kept| amplitude(map, &near, &wanted, kept));
-    // The hydrodynamic surface of a body lies some 0.1 a inside the nominal one, which makes the flow of the small body of a quick
-    // run weaker by 10 to 20 %.
+    // The small body of a quick run is four cells across.
     let mut rows = vec![row("amplitude of the flow, near field", strength, 1.0, rig.pick(0.2, 0.05))];
     if rig.pick(false, true) {
         let left = estimate(&|kept| rest(map, &near, &wanted, kept));
@@ -242,7 +266,17 @@ mod tests {
     #[test]
     fn the_fit_finds_the_stresslet_of_a_spheroid() {
         for (beta, b1) in [(-5.0, 0.04), (5.0, 0.04)] {
-            let swimmer = Swimmer { across: 2.0, along: 4.0, b1, beta, edge: 32, density: 20, dt: 0.02, seed: 1 };
+            let swimmer = Swimmer {
+                across: 2.0,
+                along: 4.0,
+                b1,
+                beta,
+                edge: 32,
+                density: 20,
+                dt: 0.02,
+                temperature: 1.0,
+                seed: 1,
+            };
             let theory = Theory::new(&swimmer, DVec3::new(0.3, 0.5, 0.8).normalize());
             let map = FlowMap::new(14.4, 2);
             let far = map.bins(swimmer.shape(), |r| r > 5.0 && r < 14.4);

@@ -32,7 +32,17 @@ pub const CASE: Case = Case {
 };
 
 fn parts(size: Size) -> Vec<Part> {
-    let sphere = Swimmer { across: 3.0, along: 3.0, b1: 0.0, beta: 0.0, edge: 24, density: 20, dt: 0.02, seed: 1 };
+    let sphere = Swimmer {
+        across: 3.0,
+        along: 3.0,
+        b1: 0.0,
+        beta: 0.0,
+        edge: 24,
+        density: 20,
+        dt: 0.02,
+        temperature: 1.0,
+        seed: 1,
+    };
     let (sphere, rotlet, frames, every) = match size {
         Size::Quick => (Swimmer { across: 2.0, along: 2.0, edge: 10, density: 10, ..sphere }, 0.6, 100, 10),
         Size::Full => (sphere, 0.3, 2500, 20),
@@ -80,7 +90,7 @@ fn measure(rig: &Rig, sphere: &Swimmer, rotlet: f64, (frames, every): (usize, u6
     let spin = blocked(&spins);
     let unit = rotlet / radius;
     let rows = vec![
-        // With a hydrodynamic surface some 0.1 a inside the nominal one, the flow of a small body loses 3 x 0.1/R.
+        // The small body of a quick run is four cells across.
         row("amplitude of u_phi / C2", estimate(&map.bins(shape, |r| r < outer)), 1.0, rig.pick(0.2, 0.1)),
         row("spin / (C2/R)", (spin.mean / unit, spin.error / unit), 0.0, rig.pick(0.1, 0.02)),
     ];

@@ -37,7 +37,17 @@ pub const CASE: Case = Case {
 };
 
 fn parts(size: Size) -> Vec<Part> {
-    let held = Swimmer { across: 2.0, along: 4.0, b1: 0.1, beta: 0.0, edge: 16, density: 50, dt: 0.02, seed: 1 };
+    let held = Swimmer {
+        across: 2.0,
+        along: 4.0,
+        b1: 0.1,
+        beta: 0.0,
+        edge: 16,
+        density: 50,
+        dt: 0.02,
+        temperature: 1.0,
+        seed: 1,
+    };
     let settings = match size {
         Size::Quick => vec![(Swimmer { along: 3.0, b1: 0.25, edge: 10, density: 10, ..held }, 1500)],
         Size::Full => vec![(held, 60_000), (Swimmer { across: 3.0, along: 3.0, ..held }, 60_000)],
