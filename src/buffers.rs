@@ -58,6 +58,8 @@ pub enum Extent {
     Bins,
     /// Blocks of 1024 cells in a prefix sum.
     Blocks,
+    /// 64 for each block, as many as make one workgroup each: a prefix sum over the cells of the block.
+    Scans,
     /// Blocks over which a snapshot averages its fields.
     Coarse,
     /// Fluid particles that a snapshot takes.
@@ -287,6 +289,15 @@ const fn buffer(name: &'static str, life: Life, extent: Extent, words: usize, do
 }
 
 use Extent::{Bins, Blocks, Cells, Coarse, One, Particles, Samples, Species, Squirmers, WallPatches};
+impl Now {
+    /// What a kernel is told of a step and of the repetition of its stage.
+    #[must_use]
+    #[allow(clippy::cast_possible_truncation)]
+    pub fn at(step: u64, repetition: u32) -> Self {
+        Self { step_low: step as u32, step_high: (step >> 32) as u32, repetition, pad: 0 }
+    }
+}
+
 use Life::{Derived, Persistent, Scratch, Setting};
 
 /// Every buffer. `settings` stands for the uniform of the stage that binds it.
@@ -347,6 +358,7 @@ pub const CATALOGUE: &[Buffer] = &[
     ),
     buffer("faults", Persistent, One, 8, "what went wrong: flags, where and when first"),
     buffer("shift", Derived(&[]), One, 4, "grid shift of this step, in coordinate units"),
+    buffer("shift_before", Persistent, One, 4, "grid shift of the step before, in coordinate units"),
     buffer(
         "moments",
         Derived(&["positions", "velocities", "shift"]),
@@ -368,6 +380,9 @@ pub const CATALOGUE: &[Buffer] = &[
     buffer("bin_next", Scratch, Squirmers, 1, "next squirmer of the same bin, index + 1"),
     buffer("cell_counts", Scratch, Cells, 1, "particles per cell, then the place of the next"),
     buffer("block_sums", Scratch, Blocks, 1, "particles per block of cells"),
+    buffer("ranks", Scratch, Particles, 1, "each particle's number in its cell"),
+    buffer("cell_starts", Scratch, Cells, 1, "place of a cell's first particle, from that of its block"),
+    buffer("order", Scratch, Particles, 1, "particles in the order of their cells"),
     buffer("positions_sorted", Scratch, Particles, 3, "positions in their new order"),
     buffer("velocities_sorted", Scratch, Particles, 3, "velocities in their new order"),
     buffer("totals", Scratch, One, 14, "snapshot: seven wide sums over the fluid"),
@@ -424,6 +439,7 @@ impl Sizes {
             Extent::SquirmerBoxes => self.squirmers * self.box_edge.pow(3),
             Extent::Bins => self.bins,
             Extent::Blocks => self.cells.div_ceil(1024),
+            Extent::Scans => self.cells.div_ceil(1024) * 64,
             Extent::Coarse => self.coarse,
             Extent::Samples => self.samples,
         }

@@ -17,6 +17,10 @@
 @group(0) @binding(7) var<storage, read_write> samples: array<u32>;
 @group(0) @binding(8) var<storage, read_write> faults: array<atomic<u32>>;
 
+fn signed3(a: u32, b: u32, c: u32) -> vec3<f32> {
+    return vec3<f32>(vec3<i32>(bitcast<i32>(a), bitcast<i32>(b), bitcast<i32>(c)));
+}
+
 fn moment(cell: u32, word: u32) -> u32 {
     return atomicLoad(&moments[cell * MOMENT_WORDS + word]);
 }

@@ -10,14 +10,18 @@
 @group(0) @binding(3) var<storage, read> shift: array<u32>;
 @group(0) @binding(4) var<storage, read> operators: array<f32>;
 
+fn applied(i: u32, p: Particle) -> Particle {
+    let place = locate(p.position, vec3<u32>(shift[0], shift[1], shift[2]));
+    return Particle(p.position, collided(operator_at(place.cell), place.offset, p.velocity));
+}
+
 @compute @workgroup_size(WORKGROUP)
 fn apply(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
     let i = invocation(group, groups, lane);
     if i >= system.particle_count {
         return;
     }
-    let place = locate(position_at(i), vec3<u32>(shift[0], shift[1], shift[2]));
-    let v = collided(operator_at(place.cell), place.offset, velocity_at(i));
+    let v = applied(i, particle_at(i)).velocity;
     velocities[3u * i] = v.x;
     velocities[3u * i + 1u] = v.y;
     velocities[3u * i + 2u] = v.z;

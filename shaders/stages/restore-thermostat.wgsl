@@ -29,18 +29,11 @@ struct Centred {
     c: Symmetric,
 }
 
-@compute @workgroup_size(WORKGROUP)
-fn restore(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
-    let cell = invocation(group, groups, lane);
-    if cell >= system.cell_count {
-        return;
-    }
-    let sums = moments_at(cell);
+fn restored(cell: u32, sums: Moments, turned: Operator) -> Operator {
     if sums.count < 2.0 {
-        return;
+        return turned;
     }
     let k = centre(sums);
-    let turned = operator_at(cell);
     var o: Operator;
     if k.energy <= 1e-6 * sums.energy {
         // Equal velocities up to the resolution of the sums: nothing to turn or to scale.
@@ -48,10 +41,18 @@ fn restore(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) gro
     } else if settings.angular_momentum == 0u {
         o = scaled(turned, factor(cell, 1.5 * (k.count - 1.0), k.energy, k.energy), vec3<f32>(0.0));
     } else {
-        o = restored(cell, k, turned);
+        o = with_spin(cell, k, turned);
     }
     o.b = centred(o, k.vc, k.xc);
-    store_operator(cell, o);
+    return o;
+}
+
+@compute @workgroup_size(WORKGROUP)
+fn restore(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+    let cell = invocation(group, groups, lane);
+    if cell < system.cell_count {
+        store_operator(cell, restored(cell, moments_at(cell), operator_at(cell)));
+    }
 }
 
 fn centre(s: Moments) -> Centred {
@@ -69,7 +70,8 @@ fn centre(s: Moments) -> Centred {
     return k;
 }
 
-fn restored(cell: u32, centred_sums: Centred, rotation: Operator) -> Operator {
+// More than two particles in general position: angular momentum as before, the energy of what is neither momentum nor spin scaled.
+fn with_spin(cell: u32, centred_sums: Centred, rotation: Operator) -> Operator {
     var k = centred_sums;
     var turned = rotation;
     let spread = k.c.diagonal.x + k.c.diagonal.y + k.c.diagonal.z;

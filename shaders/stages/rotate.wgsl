@@ -12,27 +12,29 @@
 @group(0) @binding(4) var<storage, read_write> faults: array<atomic<u32>>;
 var<immediate> now: Now;
 
-@compute @workgroup_size(WORKGROUP)
-fn rotate(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
-    let cell = invocation(group, groups, lane);
-    if cell >= system.cell_count {
-        return;
-    }
-    let m = moments_at(cell);
+// The map that the stage makes anew, whatever there was before.
+fn rotated(cell: u32, m: Moments, before: Operator) -> Operator {
     if m.faults != 0u {
         atomicOr(&faults[0], m.faults);
     }
     var o = no_collision();
     if m.count >= 2.0 {
-        let held = m.ghosts;
-        let cos = select(settings.cos, settings.ghost_cos, held);
-        let sin = select(settings.sin, settings.ghost_sin, held);
-        let one_minus_cos = select(settings.one_minus_cos, settings.ghost_one_minus_cos, held);
+        let cos = select(settings.cos, settings.ghost_cos, m.ghosts);
+        let sin = select(settings.sin, settings.ghost_sin, m.ghosts);
+        let one_minus_cos = select(settings.one_minus_cos, settings.ghost_one_minus_cos, m.ghosts);
         o = rotation(random_axis(cell), cos, sin, one_minus_cos);
         let vc = vec3<f32>(divide(m.v.x, m.count), divide(m.v.y, m.count), divide(m.v.z, m.count));
         o.b = centred(o, vc, vec3<f32>(0.0));
     }
-    store_operator(cell, o);
+    return o;
+}
+
+@compute @workgroup_size(WORKGROUP)
+fn rotate(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+    let cell = invocation(group, groups, lane);
+    if cell < system.cell_count {
+        store_operator(cell, rotated(cell, moments_at(cell), no_collision()));
+    }
 }
 
 // Uniform on the unit sphere.

@@ -2,7 +2,7 @@
 // is found exactly in the moving body's frame; the particle bounces off the surface's velocity and the body takes the momentum.
 //!include dispatch
 //!include cells
-//!include particles
+//!include particles-store
 //!include path
 //!include spheroid
 //!include absorb
@@ -205,32 +205,37 @@ fn inside_any(p: Path) -> bool {
     return false;
 }
 
-@compute @workgroup_size(WORKGROUP)
-fn collide(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
-    let k = invocation(group, groups, lane);
-    if k >= system.particle_count {
-        return;
-    }
+fn bounced(k: u32, flown: Particle) -> Particle {
     let kick = system.acceleration * (0.5 * system.dt);
-    let end = Path(position_at(k), velocity_at(k) - kick, vec3<f32>(0.0), vec3<f32>(0.0));
+    let end = Path(flown.position, flown.velocity - kick, vec3<f32>(0.0), vec3<f32>(0.0));
     let begin = fly(end, -system.dt);
     if neighbours(cell_of(end.position)) == 0u && neighbours(cell_of(begin.position)) == 0u {
-        return;
+        return flown;
     }
     let p = follow(begin, k);
     if !p.met {
-        return;
-    }
-    let v = kicked(p.path.velocity, p.path.position);
-    for (var axis = 0u; axis < 3u; axis++) {
-        positions[3u * k + axis] = p.path.position[axis];
-        velocities[3u * k + axis] = v[axis];
+        return flown;
     }
     if any(p.path.low != vec3<f32>(0.0)) {
         add_wall_impulse(k / WORKGROUP, 0u, p.path.low);
     }
     if any(p.path.high != vec3<f32>(0.0)) {
         add_wall_impulse(k / WORKGROUP, 1u, p.path.high);
+    }
+    return Particle(p.path.position, kicked(p.path.velocity, p.path.position));
+}
+
+@compute @workgroup_size(WORKGROUP)
+fn collide(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+    let k = invocation(group, groups, lane);
+    if k >= system.particle_count {
+        return;
+    }
+    let flown = particle_at(k);
+    let p = bounced(k, flown);
+    // Few particles met a squirmer.
+    if any(p.position != flown.position) || any(bitcast<vec3<u32>>(p.velocity) != bitcast<vec3<u32>>(flown.velocity)) {
+        store_particle(k, p);
     }
 }
 

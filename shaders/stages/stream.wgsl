@@ -1,7 +1,7 @@
 // stream: free flight for one time step, half a kick of the body force before and after, reflection at walls.
 //!include dispatch
 //!include cells
-//!include particles
+//!include particles-store
 //!include path
 //!include wall-impulse
 
@@ -10,23 +10,21 @@
 @group(0) @binding(2) var<storage, read_write> velocities: array<f32>;
 @group(0) @binding(3) var<storage, read_write> wall_impulses: array<atomic<u32>>;
 
-@compute @workgroup_size(WORKGROUP)
-fn stream(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
-    let i = invocation(group, groups, lane);
-    if i >= system.particle_count {
-        return;
-    }
-    let begin = position_at(i);
-    let p = fly(Path(begin, kicked(velocity_at(i), begin), vec3<f32>(0.0), vec3<f32>(0.0)), system.dt);
-    let v = kicked(p.velocity, p.position);
-    for (var k = 0u; k < 3u; k++) {
-        positions[3u * i + k] = p.position[k];
-        velocities[3u * i + k] = v[k];
-    }
+fn streamed(i: u32, before: Particle) -> Particle {
+    let p = fly(Path(before.position, kicked(before.velocity, before.position), vec3<f32>(0.0), vec3<f32>(0.0)), system.dt);
     if any(p.low != vec3<f32>(0.0)) {
         add_wall_impulse(i / WORKGROUP, 0u, p.low);
     }
     if any(p.high != vec3<f32>(0.0)) {
         add_wall_impulse(i / WORKGROUP, 1u, p.high);
+    }
+    return Particle(p.position, kicked(p.velocity, p.position));
+}
+
+@compute @workgroup_size(WORKGROUP)
+fn stream(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+    let i = invocation(group, groups, lane);
+    if i < system.particle_count {
+        store_particle(i, streamed(i, particle_at(i)));
     }
 }

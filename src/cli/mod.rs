@@ -41,6 +41,24 @@ struct Cli {
     command: Command,
 }
 
+/// How stages become kernels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum Form {
+    /// Every stage its own kernels.
+    Loose,
+    /// Neighbouring stages share kernels.
+    Fused,
+}
+
+impl From<Form> for squirm::gpu::Form {
+    fn from(form: Form) -> Self {
+        match form {
+            Form::Loose => Self::Loose,
+            Form::Fused => Self::Fused,
+        }
+    }
+}
+
 #[derive(Debug, Subcommand)]
 enum Command {
     /// Run a pipeline file.

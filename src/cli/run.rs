@@ -24,6 +24,9 @@ pub struct Args {
     /// GPU to use: part of its name, or its number in `squirm adapters`.
     #[arg(long, value_name = "NAME|INDEX", value_parser = clap::builder::NonEmptyStringValueParser::new())]
     adapter: Option<String>,
+    /// How stages become kernels: fused, where neighbours share one, or loose, where each has its own. The state is the same in every bit.
+    #[arg(long, value_enum, default_value_t = super::Form::Fused)]
+    plan: super::Form,
     /// Print only errors.
     #[arg(long)]
     quiet: bool,
@@ -39,8 +42,12 @@ pub fn run(args: &Args) -> ExitCode {
         render::all(&loaded.warnings, &loaded.sources);
     }
     let out = args.out.clone().unwrap_or_else(|| free_directory(&loaded.plan.name));
-    let options =
-        Options { out, adapter: args.adapter.clone(), command: std::env::args().collect::<Vec<_>>().join(" ") };
+    let options = Options {
+        out,
+        adapter: args.adapter.clone(),
+        command: std::env::args().collect::<Vec<_>>().join(" "),
+        form: args.plan.into(),
+    };
     let signal = super::signals::first();
     let mut watch = Progress::default();
     (watch.quiet, watch.signal) = (args.quiet, signal.clone());

@@ -2,6 +2,7 @@
 
 use super::{Gpu, GpuError};
 use crate::buffers::{Extent, Now, Sizes};
+use crate::graph::{Plan, PlannedStage};
 use crate::shader::{Binding, Module};
 use std::collections::HashMap;
 
@@ -10,6 +11,33 @@ const WORKGROUP: u64 = 64;
 
 /// Buffers by name.
 pub(super) type Buffers = HashMap<&'static str, wgpu::Buffer>;
+
+/// A buffer of this many bytes.
+pub(super) fn storage(gpu: &Gpu, name: &str, bytes: u64, uniform: bool) -> wgpu::Buffer {
+    let kind = if uniform { wgpu::BufferUsages::UNIFORM } else { wgpu::BufferUsages::STORAGE };
+    gpu.device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some(name),
+        size: bytes,
+        usage: kind | wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC,
+        mapped_at_creation: false,
+    })
+}
+
+/// A stage's own uniform.
+pub(super) fn settings(gpu: &Gpu, stage: &PlannedStage, plan: &Plan) -> wgpu::Buffer {
+    let bytes = (stage.entry.uniform)(&stage.values, &plan.system);
+    let uniform = storage(gpu, "settings", (bytes.len() as u64).next_multiple_of(16), true);
+    gpu.queue.write_buffer(&uniform, 0, &bytes);
+    uniform
+}
+
+/// A module for the adapter.
+pub(super) fn compile(gpu: &Gpu, label: &str, module: &Module) -> wgpu::ShaderModule {
+    gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
+        label: Some(label),
+        source: wgpu::ShaderSource::Wgsl(module.text.as_str().into()),
+    })
+}
 
 pub(super) struct Kernel {
     pipeline: wgpu::ComputePipeline,
@@ -41,13 +69,13 @@ fn layout_entry(binding: &Binding) -> wgpu::BindGroupLayoutEntry {
 }
 
 impl Kernel {
-    /// The kernel of `entry_point`; `settings` is the stage's own uniform.
+    /// The kernel of `entry_point`; the uniforms `settings...` come by name beside the buffers.
     pub(super) fn new(
         gpu: &Gpu,
         compiled: &wgpu::ShaderModule,
         module: &Module,
         (entry_point, over): (&str, Extent),
-        (buffers, settings): (&Buffers, &wgpu::Buffer),
+        (buffers, settings): (&Buffers, &dyn Fn(&str) -> wgpu::Buffer),
         sizes: &Sizes,
     ) -> Result<Self, GpuError> {
         let bindings = module.bindings(entry_point);
@@ -68,12 +96,14 @@ impl Kernel {
             compilation_options: wgpu::PipelineCompilationOptions::default(),
             cache: None,
         });
+        let found: Vec<wgpu::Buffer> = bindings
+            .iter()
+            .map(|b| if b.name.starts_with("settings") { settings(&b.name) } else { buffers[b.name.as_str()].clone() })
+            .collect();
         let bound: Vec<_> = bindings
             .iter()
-            .map(|b| wgpu::BindGroupEntry {
-                binding: b.binding,
-                resource: if b.name == "settings" { settings } else { &buffers[b.name.as_str()] }.as_entire_binding(),
-            })
+            .zip(&found)
+            .map(|(b, buffer)| wgpu::BindGroupEntry { binding: b.binding, resource: buffer.as_entire_binding() })
             .collect();
         let bind_group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some(entry_point),

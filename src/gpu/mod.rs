@@ -1,13 +1,15 @@
 //! The only room that knows wgpu: adapters, buffers, kernels, and the encoding of steps.
 
 pub mod adapter;
+mod fused;
 pub mod kernel;
+mod loose;
 pub mod measure;
 pub mod session;
 
 pub use adapter::{Gpu, adapters};
 pub use measure::{Measurement, Reading};
-pub use session::Session;
+pub use session::{Form, Session};
 
 /// What can go wrong on the GPU.
 #[derive(Debug, Clone, thiserror::Error)]

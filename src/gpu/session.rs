@@ -1,21 +1,14 @@
 //! A run's buffers and kernels on an opened adapter, and the encoding of steps.
 
-use super::kernel::{Buffers, Kernel};
+use super::fused::{Fused, Ordered};
+use super::kernel::{Buffers, storage};
+use super::loose::Loose;
 use super::{Gpu, GpuError};
-use crate::buffers::{Buffer, CATALOGUE, Life, Now, Sizes, SquirmerState};
+use crate::buffers::{Buffer, CATALOGUE, Life, Sizes, SquirmerState};
 use crate::graph::Plan;
-use crate::stages::Phase;
+use crate::graph::fused::Occasion;
 use crate::state::{State, System, packed};
 use std::collections::{HashMap, HashSet};
-
-/// The kernels of one stage.
-pub(super) struct StageKernels {
-    kind: &'static str,
-    every: u64,
-    repetitions: u32,
-    place: Vec<Kernel>,
-    receive: Vec<Kernel>,
-}
 
 /// A run on a GPU.
 pub struct Session {
@@ -23,32 +16,41 @@ pub struct Session {
     pub(super) system: System,
     pub(super) sizes: Sizes,
     pub(super) buffers: Buffers,
-    stages: Vec<StageKernels>,
+    steps: Steps,
     timing: Option<Timing>,
     step: u64,
+}
+
+/// How stages become kernels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Form {
+    /// Every stage its own kernels.
+    #[default]
+    Loose,
+    /// Neighbouring stages share kernels. The state is the same in every bit whenever steps have been submitted and done.
+    Fused,
+}
+
+enum Steps {
+    Loose(Loose),
+    Fused(Fused),
 }
 
 /// GPU time of one step, stage by stage.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StepTime {
-    /// Stage kinds in list order with their nanoseconds.
-    pub stages: Vec<(&'static str, f64)>,
+    /// Kinds of stages, or of those that share a kernel, in the order in which they first run, with their nanoseconds.
+    pub stages: Vec<(String, f64)>,
 }
+
+/// Buffers that snapshots read.
+const SHOWN: [&str; 9] =
+    ["positions", "velocities", "squirmers", "species", "moments", "faults", "fluid_force", "steric", "wall_impulses"];
 
 struct Timing {
     queries: wgpu::QuerySet,
     resolved: wgpu::Buffer,
     marks: u32,
-}
-
-fn storage(gpu: &Gpu, name: &str, bytes: u64, uniform: bool) -> wgpu::Buffer {
-    let kind = if uniform { wgpu::BufferUsages::UNIFORM } else { wgpu::BufferUsages::STORAGE };
-    gpu.device.create_buffer(&wgpu::BufferDescriptor {
-        label: Some(name),
-        size: bytes,
-        usage: kind | wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC,
-        mapped_at_creation: false,
-    })
 }
 
 impl Session {
@@ -57,7 +59,15 @@ impl Session {
     /// # Errors
     /// If a buffer is too large, memory runs out, or a shader is not accepted.
     pub fn new(gpu: &Gpu, plan: &Plan, state: &State) -> Result<Self, GpuError> {
-        Self::with_room(gpu, plan, state, 0)
+        Self::with_room(gpu, plan, state, (Form::Loose, 0))
+    }
+
+    /// The same in the form that is asked for.
+    ///
+    /// # Errors
+    /// See [`Session::new`].
+    pub fn formed(gpu: &Gpu, plan: &Plan, state: &State, form: Form) -> Result<Self, GpuError> {
+        Self::with_room(gpu, plan, state, (form, 0))
     }
 
     /// The same with `room` bytes at the end of every buffer that no kernel may touch: what tests watch. Writes beyond a buffer's
@@ -65,66 +75,36 @@ impl Session {
     ///
     /// # Errors
     /// See [`Session::new`].
-    pub fn with_room(gpu: &Gpu, plan: &Plan, state: &State, room: u64) -> Result<Self, GpuError> {
+    pub fn with_room(gpu: &Gpu, plan: &Plan, state: &State, (form, room): (Form, u64)) -> Result<Self, GpuError> {
         let sizes = packed::sizes(&plan.system, state.particles.len() as u64);
-        let modules = plan.stages.iter().map(|s| s.entry.module()).collect::<Result<Vec<_>, _>>()?;
-        let mut used: HashSet<String> = modules
-            .iter()
-            .flat_map(|m| {
-                m.entry_points().flat_map(|e| m.bindings(e).iter().map(|b| b.name.clone())).collect::<Vec<_>>()
-            })
-            .collect();
+        let (modules, ordered) = match form {
+            Form::Loose => (plan.stages.iter().map(|s| s.entry.module()).collect::<Result<Vec<_>, _>>()?, None),
+            Form::Fused => (Vec::new(), Some(Ordered::new(plan)?)),
+        };
+        let all = modules.iter().chain(ordered.iter().flat_map(|o| o.kernels.iter().map(|(_, module)| module)));
+        let mut used: HashSet<String> =
+            all.flat_map(|m| m.entry_points().flat_map(|e| m.bindings(e)).map(|b| b.name.clone())).collect();
         // A snapshot needs these whatever the stages use.
-        for name in [
-            "positions",
-            "velocities",
-            "squirmers",
-            "species",
-            "moments",
-            "faults",
-            "fluid_force",
-            "steric",
-            "wall_impulses",
-        ] {
-            used.insert(name.to_owned());
-        }
+        used.extend(SHOWN.map(str::to_owned));
         let buffers = create_buffers(gpu, &sizes, room, CATALOGUE.iter().filter(|b| used.contains(b.name)))?;
-        let mut session = Self {
+        let steps = match ordered {
+            Some(ordered) => Steps::Fused(Fused::new(gpu, plan, ordered, &buffers, &sizes)?),
+            None => Steps::Loose(Loose::new(gpu, plan, &modules, &buffers, &sizes)?),
+        };
+        let marks = match &steps {
+            Steps::Loose(loose) => loose.labels().len(),
+            Steps::Fused(fused) => fused.longest(),
+        };
+        let session = Self {
             gpu: gpu.clone(),
             system: plan.system.clone(),
             sizes,
             buffers,
-            stages: Vec::new(),
-            timing: None,
+            steps,
+            timing: gpu.timestamps.then(|| Timing::new(gpu, 1 + marks)),
             step: state.step,
         };
         session.upload(state);
-        for (stage, module) in plan.stages.iter().zip(&modules) {
-            let compiled = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
-                label: Some(stage.entry.kind),
-                source: wgpu::ShaderSource::Wgsl(module.text.as_str().into()),
-            });
-            let bytes = (stage.entry.uniform)(&stage.values, &plan.system);
-            let settings = storage(gpu, "settings", (bytes.len() as u64).next_multiple_of(16), true);
-            gpu.queue.write_buffer(&settings, 0, &bytes);
-            let kernels = |phases: &[Phase]| {
-                phases
-                    .iter()
-                    .map(|p| {
-                        Kernel::new(gpu, &compiled, module, (p.entry, p.over), (&session.buffers, &settings), &sizes)
-                    })
-                    .collect::<Result<Vec<_>, _>>()
-            };
-            let (place, receive) = (kernels(stage.entry.phases)?, kernels(stage.entry.receive)?);
-            session.stages.push(StageKernels {
-                kind: stage.entry.kind,
-                every: (stage.entry.every)(&stage.values),
-                repetitions: (stage.entry.repetitions)(&stage.values),
-                place,
-                receive,
-            });
-        }
-        session.timing = session.gpu.timestamps.then(|| Timing::new(&session.gpu, &session.stages));
         gpu.healthy()?;
         Ok(session)
     }
@@ -189,21 +169,33 @@ impl Session {
         self.buffers.values().map(wgpu::Buffer::size).sum()
     }
 
-    /// Encodes and submits `steps` steps; does not wait for them. With `timed` the first one's stages are timed.
+    /// Encodes and submits `steps` steps; does not wait for them. With `timed` one of them is timed: the first, or in the fused form the
+    /// second, if there is one, since it is like those that follow.
     pub fn advance(&mut self, steps: u64, timed: bool) -> Submission {
         let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let (first, one) = match self.steps {
+            Steps::Loose(_) => (self.step, steps > 0),
+            Steps::Fused(_) => (self.step + 1, steps > 1),
+        };
+        let timing = self.timing.as_ref().filter(|_| timed && one);
         {
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-            for k in 0..steps {
-                let timing = if timed && k == 0 { self.timing.as_ref() } else { None };
-                self.encode_step(&mut pass, self.step + k, timing);
+            for step in self.step..self.step + steps {
+                self.encode_step(&mut pass, step, timing.filter(|_| step == first));
+            }
+            if let (Steps::Fused(fused), 1..) = (&self.steps, steps) {
+                fused.encode(&mut pass, (Occasion::Last, self.step + steps - 1), &mut |_| {});
             }
         }
-        let times = if timed { self.timing.as_ref().map(|t| t.resolve(&self.gpu, &mut encoder)) } else { None };
+        let labels = timing.map(|_| match &self.steps {
+            Steps::Loose(loose) => loose.labels(),
+            Steps::Fused(fused) => fused.labels(Occasion::Next, first),
+        });
+        let times = timing.map(|t| t.resolve(&self.gpu, &mut encoder));
         self.step += steps;
         let index = self.gpu.queue.submit([encoder.finish()]);
         let times = times.map(super::measure::Readback::map);
-        Submission { index, times }
+        Submission { index, times: times.zip(labels) }
     }
 
     fn encode_step(&self, pass: &mut wgpu::ComputePass<'_>, step: u64, timing: Option<&Timing>) {
@@ -214,43 +206,24 @@ impl Session {
                 mark += 1;
             }
         };
-        stamp(pass);
-        for stage in &self.stages {
-            if step.is_multiple_of(stage.every) {
-                for repetition in 0..stage.repetitions {
-                    for kernel in &stage.place {
-                        kernel.dispatch(pass, now(step, repetition));
-                    }
-                }
-            }
-            stamp(pass);
-            if stage.kind == "apply" {
-                for owner in &self.stages {
-                    for kernel in &owner.receive {
-                        kernel.dispatch(pass, now(step, 0));
-                    }
-                    stamp(pass);
-                }
+        match &self.steps {
+            Steps::Loose(loose) => loose.encode(pass, step, &mut stamp),
+            Steps::Fused(fused) => {
+                let occasion = if step == self.step { Occasion::First } else { Occasion::Next };
+                fused.encode(pass, (occasion, step), &mut stamp);
             }
         }
     }
 
-    /// Runs one stage alone at the present step: what tests do.
+    /// Runs one stage alone at the present step: what tests do. Only the loose form has such.
     ///
     /// # Errors
     /// If the GPU refuses.
     pub fn run_stage(&self, kind: &str, receive: bool) -> Result<(), GpuError> {
         let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        {
+        if let Steps::Loose(loose) = &self.steps {
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-            for stage in self.stages.iter().filter(|s| s.kind == kind) {
-                let repetitions = if receive { 1 } else { stage.repetitions };
-                for repetition in 0..repetitions {
-                    for kernel in if receive { &stage.receive } else { &stage.place } {
-                        kernel.dispatch(&mut pass, now(self.step, repetition));
-                    }
-                }
-            }
+            loose.encode_stage(&mut pass, kind, receive, self.step);
         }
         self.gpu.queue.submit([encoder.finish()]);
         self.gpu.healthy()
@@ -277,19 +250,17 @@ impl Session {
 
     /// The stages' times of a timed submission that has been done.
     #[must_use]
+    #[allow(clippy::cast_precision_loss)]
     pub fn times(&self, submission: &Submission) -> Option<StepTime> {
-        let bytes = submission.times.as_ref()?.take()?;
-        let stamps: Vec<u64> = bytemuck::pod_collect_to_vec(&bytes);
+        let (readback, labels) = submission.times.as_ref()?;
+        let stamps: Vec<u64> = bytemuck::pod_collect_to_vec(&readback.take()?);
         let period = f64::from(self.gpu.queue.get_timestamp_period());
-        let mut stages: Vec<(&'static str, f64)> = self.stages.iter().map(|s| (s.kind, 0.0)).collect();
-        let mut spans = stamps.windows(2).map(|w| w[1].saturating_sub(w[0]));
-        #[allow(clippy::cast_precision_loss)]
-        for i in 0..self.stages.len() {
-            stages[i].1 += spans.next()? as f64 * period;
-            if self.stages[i].kind == "apply" {
-                for owner in &mut stages {
-                    owner.1 += spans.next()? as f64 * period;
-                }
+        let mut stages: Vec<(String, f64)> = Vec::new();
+        for (label, span) in labels.iter().zip(stamps.windows(2)) {
+            let time = span[1].saturating_sub(span[0]) as f64 * period;
+            match stages.iter_mut().find(|(known, _)| known == label) {
+                Some((_, sum)) => *sum += time,
+                None => stages.push((label.clone(), time)),
             }
         }
         Some(StepTime { stages })
@@ -359,18 +330,12 @@ impl Session {
 /// A batch of steps that the GPU is working on.
 pub struct Submission {
     index: wgpu::SubmissionIndex,
-    times: Option<super::measure::Readback>,
-}
-
-fn now(step: u64, repetition: u32) -> Now {
-    #[allow(clippy::cast_possible_truncation)]
-    Now { step_low: step as u32, step_high: (step >> 32) as u32, repetition, pad: 0 }
+    times: Option<(super::measure::Readback, Vec<String>)>,
 }
 
 impl Timing {
-    fn new(gpu: &Gpu, stages: &[StageKernels]) -> Self {
-        let applies = stages.iter().filter(|s| s.kind == "apply").count();
-        let marks = u32::try_from(1 + stages.len() * (1 + applies)).expect("stages are few");
+    fn new(gpu: &Gpu, marks: usize) -> Self {
+        let marks = u32::try_from(marks).expect("stages are few");
         let queries = gpu.device.create_query_set(&wgpu::QuerySetDescriptor {
             label: Some("stage times"),
             ty: wgpu::QueryType::Timestamp,

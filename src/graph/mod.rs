@@ -2,6 +2,7 @@
 
 pub mod draw;
 pub mod freshness;
+pub mod fused;
 pub mod kernels;
 pub mod plan;
 pub mod sizes;

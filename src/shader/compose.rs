@@ -9,6 +9,7 @@ use std::fmt::Write as _;
 const LIBRARY: &[(&str, &str)] = &[
     ("absorb", include_str!("../../shaders/lib/absorb.wgsl")),
     ("cells", include_str!("../../shaders/lib/cells.wgsl")),
+    ("contribution", include_str!("../../shaders/lib/contribution.wgsl")),
     ("deposit", include_str!("../../shaders/lib/deposit.wgsl")),
     ("dispatch", include_str!("../../shaders/lib/dispatch.wgsl")),
     ("exact", include_str!("../../shaders/lib/exact.wgsl")),
@@ -20,6 +21,7 @@ const LIBRARY: &[(&str, &str)] = &[
     ("operator-load", include_str!("../../shaders/lib/operator-load.wgsl")),
     ("operator-store", include_str!("../../shaders/lib/operator-store.wgsl")),
     ("particles", include_str!("../../shaders/lib/particles.wgsl")),
+    ("particles-store", include_str!("../../shaders/lib/particles-store.wgsl")),
     ("path", include_str!("../../shaders/lib/path.wgsl")),
     ("rigid", include_str!("../../shaders/lib/rigid.wgsl")),
     ("rng", include_str!("../../shaders/lib/rng.wgsl")),

@@ -1,9 +1,11 @@
 //! WGSL: structs shared with Rust, composition of a stage's module from its files, reflection of what a kernel binds.
 
 pub mod compose;
+pub mod fuse;
 pub mod reflect;
 pub mod shared;
 
 pub use compose::compose;
+pub use fuse::{ENTRY, Over, Part, fuse, settings_name};
 pub use reflect::{Access, Binding, Module, ShaderError};
 pub use shared::Shared;

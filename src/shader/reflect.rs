@@ -83,7 +83,7 @@ impl Module {
                     continue;
                 }
                 let name = variable.name.clone().unwrap_or_default();
-                if buffers::find(&name).is_none() {
+                if buffers::find(&name).is_none() && !name.starts_with("settings_") {
                     return Err(ShaderError::UnknownBuffer { kind: kind.to_owned(), name });
                 }
                 let atomic = usage.contains(naga::valid::GlobalUse::ATOMIC);

@@ -9,7 +9,7 @@ pub use books::Books;
 pub use summary::{Speed, Summary, SwimSpeed};
 
 use crate::gpu::measure::Wanted;
-use crate::gpu::{Gpu, GpuError, Measurement, Reading, Session};
+use crate::gpu::{Form, Gpu, GpuError, Measurement, Reading, Session};
 use crate::graph::Plan;
 use crate::sink::SinkError;
 use crate::state::start::StartError;
@@ -28,6 +28,8 @@ pub struct Options {
     pub adapter: Option<String>,
     /// The command line, for the record.
     pub command: String,
+    /// How stages become kernels.
+    pub form: Form,
 }
 
 /// Why a run did not finish.
@@ -88,7 +90,7 @@ pub fn run(plan: &Plan, options: &Options, watch: &mut dyn Watch) -> Result<Summ
     outputs::check_directory(&options.out)?;
     let gpu = Gpu::open(options.adapter.as_deref())?;
     let state = crate::state::start::start(&plan.system)?;
-    let session = Session::new(&gpu, plan, &state)?;
+    let session = Session::formed(&gpu, plan, &state, options.form)?;
     let outputs = Outputs::open(plan, options, &session)?;
     watch.begin(&session.adapter(), plan.system.run.steps);
     let mut lap = Loop::new(plan, session, outputs)?;
@@ -125,7 +127,7 @@ impl<'a> Loop<'a> {
         let light = Measurement::new(&session, Wanted { totals: false, block: None, fraction: None })?;
         let full = Measurement::new(&session, Wanted { totals: true, block: None, fraction: None })?;
         let every = (plan.system.run.steps / 1000).clamp(10, 1000);
-        let speed = Speed::new(session.adapter(), plan);
+        let speed = Speed::new(session.adapter());
         Ok(Self {
             plan,
             session,

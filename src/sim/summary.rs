@@ -32,23 +32,27 @@ pub struct Speed {
 #[derive(Debug, Clone, Serialize)]
 pub struct StageTime {
     /// Kind.
-    pub stage: &'static str,
+    pub stage: String,
     /// Mean over the timed steps, in nanoseconds.
     pub nanoseconds: f64,
 }
 
 impl Speed {
-    pub(super) fn new(adapter: String, plan: &Plan) -> Self {
-        let stages = plan.stages.iter().map(|s| StageTime { stage: s.entry.kind, nanoseconds: 0.0 }).collect();
-        Self { adapter, stages, ..Self::default() }
+    pub(super) fn new(adapter: String) -> Self {
+        Self { adapter, ..Self::default() }
     }
 
     pub(super) fn add(&mut self, times: &StepTime) {
         self.timed += 1;
         #[allow(clippy::cast_precision_loss)]
         let weight = 1.0 / self.timed as f64;
-        for (mean, (_, time)) in self.stages.iter_mut().zip(&times.stages) {
-            mean.nanoseconds += (time - mean.nanoseconds) * weight;
+        // Stages that do not run in this step take no time in it.
+        self.stages.iter_mut().for_each(|s| s.nanoseconds *= 1.0 - weight);
+        for (stage, time) in &times.stages {
+            match self.stages.iter_mut().find(|s| s.stage == *stage) {
+                Some(mean) => mean.nanoseconds += time * weight,
+                None => self.stages.push(StageTime { stage: stage.clone(), nanoseconds: time * weight }),
+            }
         }
     }
 

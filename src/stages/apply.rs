@@ -23,6 +23,7 @@ shared! {
 impl Stage for Apply {
     const KIND: &'static str = "apply";
     const WGSL: &'static str = include_str!("../../shaders/stages/apply.wgsl");
+    const EACH: &'static [(&'static str, &'static str)] = &[("apply", "applied")];
     const PHASES: &'static [Phase] = &[Phase { entry: "apply", over: Extent::Particles }];
     const AFTER: &'static [&'static str] = &["rotate"];
     type Params = Self;

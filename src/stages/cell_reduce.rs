@@ -1,6 +1,6 @@
 //! cell-reduce: the sums over each collision cell's particles from which the whole collision follows.
 
-use super::{Phase, Stage};
+use super::{Fused, Phase, Stage};
 use crate::buffers::Extent;
 use crate::state::System;
 use crate::state::scene::{Moments, Scene};
@@ -25,6 +25,19 @@ impl Stage for CellReduce {
     const WGSL: &'static str = include_str!("../../shaders/stages/cell-reduce.wgsl");
     const PHASES: &'static [Phase] =
         &[Phase { entry: "clear", over: Extent::Cells }, Phase { entry: "reduce", over: Extent::Particles }];
+    const FUSED: Option<Fused> = Some(Fused {
+        wgsl: include_str!("../../shaders/fused/cell-reduce.wgsl"),
+        preface: &[],
+        phases: &[
+            Phase { entry: "clear_counts", over: Extent::Cells },
+            Phase { entry: "tally", over: Extent::Particles },
+            Phase { entry: "scan_cells", over: Extent::Scans },
+            Phase { entry: "scan_blocks", over: Extent::One },
+            Phase { entry: "list", over: Extent::Particles },
+            Phase { entry: "gather", over: Extent::Cells },
+        ],
+    });
+    const EACH: &'static [(&'static str, &'static str)] = &[("tally", "tallied"), ("gather", "gathered")];
     const AFTER: &'static [&'static str] = &["shift-grid"];
     type Params = Self;
     type Uniform = CellReduceSettings;

@@ -15,6 +15,17 @@ pub struct Phase {
     pub over: Extent,
 }
 
+/// What a stage does otherwise in the fused plan.
+#[derive(Debug, Clone, Copy)]
+pub struct Fused {
+    /// Text of `shaders/fused/KIND.wgsl`.
+    pub wgsl: &'static str,
+    /// Kernels at the beginning of a step that applies the collision of the step before.
+    pub preface: &'static [Phase],
+    /// Kernels instead of [`Stage::PHASES`], with the same result; empty: the same kernels.
+    pub phases: &'static [Phase],
+}
+
 /// How bad a finding is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Gravity {
@@ -48,6 +59,12 @@ pub trait Stage: 'static {
     const PHASES: &'static [Phase];
     /// Kernels that run once the collision has been applied.
     const RECEIVE: &'static [Phase] = &[];
+    /// What the stage does otherwise in the fused plan.
+    const FUSED: Option<Fused> = None;
+    /// Entry points over particles or cells that the fused plan may join with others over the same, each with the function that does
+    /// its work for one of them: `fn(i: u32, p: Particle) -> Particle`, `fn(cell: u32) -> Sums` for the first over cells, else
+    /// `fn(cell: u32, m: Moments, o: Operator) -> Operator`.
+    const EACH: &'static [(&'static str, &'static str)] = &[];
     /// Kinds that, where present, must stand before this stage in the list.
     const AFTER: &'static [&'static str] = &[];
     /// Its parameters in the pipeline file.
@@ -86,6 +103,10 @@ pub struct Entry {
     pub phases: &'static [Phase],
     /// See [`Stage::RECEIVE`].
     pub receive: &'static [Phase],
+    /// See [`Stage::FUSED`].
+    pub fused: Option<Fused>,
+    /// See [`Stage::EACH`].
+    pub each: &'static [(&'static str, &'static str)],
     /// See [`Stage::AFTER`].
     pub after: &'static [&'static str],
     /// Doc comment of the parameters: what the stage does.
@@ -119,6 +140,8 @@ impl Entry {
             wgsl: S::WGSL,
             phases: S::PHASES,
             receive: S::RECEIVE,
+            fused: S::FUSED,
+            each: S::EACH,
             after: S::AFTER,
             summary: S::Params::summary,
             fields: S::Params::fields,
@@ -131,6 +154,20 @@ impl Entry {
             reference: |v, s, scene| S::reference(&S::Params::from_values(v), s, scene),
             reference_receive: |v, s, scene| S::reference_receive(&S::Params::from_values(v), s, scene),
         }
+    }
+
+    /// The function that does the work of this entry point for one particle or cell, if it has one.
+    #[must_use]
+    pub fn function(&self, point: &str) -> Option<&'static str> {
+        self.each.iter().find(|(entry, _)| *entry == point).map(|(_, function)| *function)
+    }
+
+    /// The stage's WGSL for the fused plan, composed, validated and reflected; `None` if it has none.
+    ///
+    /// # Errors
+    /// See [`Entry::module`].
+    pub fn fused_module(&self) -> Result<Option<Module>, ShaderError> {
+        self.fused.map(|f| Module::new(self.kind, f.wgsl, self.uniform_wgsl)).transpose()
     }
 
     /// The stage's WGSL, composed, validated and reflected.

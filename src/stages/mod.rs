@@ -13,7 +13,7 @@ pub mod squirmer_move;
 pub mod stream;
 pub mod wall_ghosts;
 
-pub use entry::{Entry, Finding, Gravity, Phase, Stage};
+pub use entry::{Entry, Finding, Fused, Gravity, Phase, Stage};
 
 /// Every stage, in the order in which a step usually runs them.
 pub const REGISTRY: &[Entry] = &[

@@ -41,6 +41,7 @@ shared! {
 impl Stage for RestoreThermostat {
     const KIND: &'static str = "restore-thermostat";
     const WGSL: &'static str = include_str!("../../shaders/stages/restore-thermostat.wgsl");
+    const EACH: &'static [(&'static str, &'static str)] = &[("restore", "restored")];
     const PHASES: &'static [Phase] = &[Phase { entry: "restore", over: Extent::Cells }];
     const AFTER: &'static [&'static str] = &["rotate"];
     type Params = Self;

@@ -52,6 +52,7 @@ shared! {
 impl Stage for Rotate {
     const KIND: &'static str = "rotate";
     const WGSL: &'static str = include_str!("../../shaders/stages/rotate.wgsl");
+    const EACH: &'static [(&'static str, &'static str)] = &[("rotate", "rotated")];
     const PHASES: &'static [Phase] = &[Phase { entry: "rotate", over: Extent::Cells }];
     const AFTER: &'static [&'static str] = &["cell-reduce", "wall-ghosts", "squirmer-fill"];
     type Params = Self;

@@ -1,6 +1,6 @@
 //! shift-grid: a new random position of the collision grid in every step (Ihle and Kroll, Phys. Rev. E 63, 020201, 2001).
 
-use super::{Phase, Stage};
+use super::{Fused, Phase, Stage};
 use crate::buffers::Extent;
 use crate::math::rng::{Draw, Purpose, unit};
 use crate::state::System;
@@ -26,6 +26,11 @@ impl Stage for ShiftGrid {
     const KIND: &'static str = "shift-grid";
     const WGSL: &'static str = include_str!("../../shaders/stages/shift-grid.wgsl");
     const PHASES: &'static [Phase] = &[Phase { entry: "shift_grid", over: Extent::One }];
+    const FUSED: Option<Fused> = Some(Fused {
+        wgsl: include_str!("../../shaders/fused/shift-grid.wgsl"),
+        preface: &[Phase { entry: "keep_shift", over: Extent::One }],
+        phases: &[],
+    });
     type Params = Self;
     type Uniform = ShiftGridSettings;
 

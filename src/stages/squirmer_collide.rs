@@ -36,6 +36,7 @@ shared! {
 impl Stage for SquirmerCollide {
     const KIND: &'static str = "squirmer-collide";
     const WGSL: &'static str = include_str!("../../shaders/stages/squirmer-collide.wgsl");
+    const EACH: &'static [(&'static str, &'static str)] = &[("collide", "bounced")];
     const PHASES: &'static [Phase] = &[
         Phase { entry: "clear_map", over: Extent::Cells },
         Phase { entry: "mark_map", over: Extent::SquirmerBoxes },

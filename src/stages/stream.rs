@@ -25,6 +25,7 @@ shared! {
 impl Stage for Stream {
     const KIND: &'static str = "stream";
     const WGSL: &'static str = include_str!("../../shaders/stages/stream.wgsl");
+    const EACH: &'static [(&'static str, &'static str)] = &[("stream", "streamed")];
     const PHASES: &'static [Phase] = &[Phase { entry: "stream", over: Extent::Particles }];
     type Params = Self;
     type Uniform = StreamSettings;

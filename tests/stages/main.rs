@@ -6,6 +6,7 @@ mod cell_reduce;
 mod collision;
 mod conservation;
 mod energy_bias;
+mod fused;
 mod motion;
 mod restore_thermostat;
 #[path = "../rig/mod.rs"]

@@ -3,7 +3,7 @@
 use crate::bench::Change;
 use crate::collision::{active_slit, continued};
 use crate::rig;
-use squirm::gpu::Session;
+use squirm::gpu::{Form, Session};
 
 const ROOM: u64 = 4096;
 const POISON: u8 = 0xb7;
@@ -27,7 +27,7 @@ fn no_stage_writes_or_reads_beyond_its_buffers() {
 fn stays_within(changes: &[Change]) {
     let (system, state) = active_slit();
     let plan = rig::plan(&system, rig::EVERYTHING, changes);
-    let mut watched = Session::with_room(rig::gpu(), &plan, &state, ROOM).expect("a session");
+    let mut watched = Session::with_room(rig::gpu(), &plan, &state, (Form::Loose, ROOM)).expect("a session");
     let mut seen = 0;
     for (name, bytes) in watched.buffers() {
         let mut content = watched.read::<u8>(name).expect("a readable buffer");

@@ -1,0 +1,141 @@
+//! The fused plan on a GPU: see [`crate::graph::fused`] for the order of its kernels.
+
+use super::kernel::{Buffers, Kernel, compile, settings};
+use super::{Gpu, GpuError};
+use crate::buffers::{Now, Sizes};
+use crate::graph::Plan;
+use crate::graph::fused::{Item, Occasion, items, joint};
+use crate::shader::{ENTRY, Module, settings_name};
+use crate::stages::Entry;
+use std::collections::HashMap;
+
+/// A kernel with what it is, and what it shows as in timings.
+struct Made {
+    item: Item,
+    kernel: Kernel,
+    label: String,
+}
+
+/// The kernels of every order that a run needs.
+pub(super) struct Fused {
+    every: Vec<u64>,
+    made: Vec<Made>,
+    orders: HashMap<(Occasion, u64), Vec<usize>>,
+}
+
+/// What the orders of a plan dispatch, each once, with the modules that they come from.
+pub(super) struct Ordered {
+    orders: HashMap<(Occasion, u64), Vec<usize>>,
+    every: Vec<u64>,
+    pub(super) kernels: Vec<(Item, Module)>,
+}
+
+impl Ordered {
+    /// Orders for every choice of the stages that do not run in each step.
+    pub(super) fn new(plan: &Plan) -> Result<Self, GpuError> {
+        let every: Vec<u64> = plan.stages.iter().map(|s| (s.entry.every)(&s.values)).collect();
+        let occasional: u64 = every.iter().enumerate().map(|(i, n)| u64::from(*n > 1) << i).sum();
+        let mut ordered = Self { orders: HashMap::new(), every, kernels: Vec::new() };
+        let mut running = 0;
+        loop {
+            for occasion in [Occasion::First, Occasion::Next, Occasion::Last] {
+                let stages = ordered.stages(plan, running);
+                let order = items(&stages, occasion)?;
+                let order = order.into_iter().map(|item| ordered.enter(item, &stages)).collect::<Result<_, _>>()?;
+                ordered.orders.insert((occasion, running), order);
+            }
+            // The next subset of the occasional stages.
+            running = running.wrapping_sub(occasional) & occasional;
+            if running == 0 {
+                return Ok(ordered);
+            }
+        }
+    }
+
+    fn stages(&self, plan: &Plan, running: u64) -> Vec<(&'static Entry, u32, bool)> {
+        let stage = |(i, s): (usize, &crate::graph::PlannedStage)| {
+            (s.entry, (s.entry.repetitions)(&s.values), self.every[i] == 1 || running >> i & 1 == 1)
+        };
+        plan.stages.iter().enumerate().map(stage).collect()
+    }
+
+    fn enter(&mut self, item: Item, stages: &[(&'static Entry, u32, bool)]) -> Result<usize, GpuError> {
+        if let Some(known) = self.kernels.iter().position(|(i, _)| *i == item) {
+            return Ok(known);
+        }
+        let module = match &item {
+            Item::Joint(members) => joint(members, stages)?,
+            Item::Alone(m) => {
+                let entry = stages[m.stage].0;
+                match entry.fused_module()? {
+                    Some(module) if m.fused => module,
+                    _ => entry.module()?,
+                }
+            }
+        };
+        self.kernels.push((item, module));
+        Ok(self.kernels.len() - 1)
+    }
+}
+
+impl Fused {
+    /// Compiles what the orders dispatch.
+    pub(super) fn new(
+        gpu: &Gpu,
+        plan: &Plan,
+        ordered: Ordered,
+        buffers: &Buffers,
+        sizes: &Sizes,
+    ) -> Result<Self, GpuError> {
+        let uniforms: Vec<(String, wgpu::Buffer)> =
+            plan.stages.iter().map(|s| (settings_name(s.entry.kind), settings(gpu, s, plan))).collect();
+        let mut made = Vec::new();
+        for (item, module) in ordered.kernels {
+            let members = item.members();
+            let kinds: Vec<&str> = members.iter().map(|m| plan.stages[m.stage].entry.kind).collect();
+            let own = settings_name(kinds[0]);
+            let find = |name: &str| {
+                let name = if name == "settings" { own.as_str() } else { name };
+                uniforms.iter().find(|(n, _)| n == name).map(|(_, b)| b.clone()).expect("every stage has its uniform")
+            };
+            let point = if matches!(item, Item::Joint(_)) { ENTRY } else { members[0].phase.entry };
+            let label = kinds.join(" + ");
+            let compiled = compile(gpu, &label, &module);
+            let kernel = Kernel::new(gpu, &compiled, &module, (point, members[0].phase.over), (buffers, &find), sizes)?;
+            made.push(Made { item, kernel, label });
+        }
+        Ok(Self { every: ordered.every, made, orders: ordered.orders })
+    }
+
+    fn order(&self, occasion: Occasion, step: u64) -> &[usize] {
+        let runs = |(i, n): (usize, &u64)| u64::from(*n > 1 && step.is_multiple_of(*n)) << i;
+        &self.orders[&(occasion, self.every.iter().enumerate().map(runs).sum())]
+    }
+
+    /// The kernels of a step on an occasion; `stamp` is called before it and after each of [`Fused::labels`].
+    pub(super) fn encode(
+        &self,
+        pass: &mut wgpu::ComputePass<'_>,
+        (occasion, step): (Occasion, u64),
+        stamp: &mut dyn FnMut(&mut wgpu::ComputePass<'_>),
+    ) {
+        stamp(pass);
+        for k in self.order(occasion, step) {
+            let made = &self.made[*k];
+            let member = &made.item.members()[made.item.members().len() - 1];
+            let now = if member.late { step - 1 } else { step };
+            made.kernel.dispatch(pass, Now::at(now, member.repetition));
+            stamp(pass);
+        }
+    }
+
+    /// What runs between two stamps of a step.
+    pub(super) fn labels(&self, occasion: Occasion, step: u64) -> Vec<String> {
+        self.order(occasion, step).iter().map(|k| self.made[*k].label.clone()).collect()
+    }
+
+    /// Most kernels that a step can have.
+    pub(super) fn longest(&self) -> usize {
+        self.orders.values().map(Vec::len).max().unwrap_or(0)
+    }
+}

@@ -1,0 +1,205 @@
+//! The fused plan: the kernels of a step in an order of their own, neighbours over the same particles or cells joined into one.
+//!
+//! The collision of a step is applied together with the streaming of the next, so that a particle is read and written once per step.
+//! Kernels in between run before or after the joint one as far as the buffers allow that they truly bind.
+
+use super::kernels::{APPLY, Use, uses};
+use crate::buffers::Extent;
+use crate::shader::{Module, Over, Part, ShaderError, fuse};
+use crate::stages::{Entry, Phase};
+use std::collections::HashMap;
+use std::sync::{Mutex, PoisonError};
+
+/// One kernel of a stage as the fused plan runs it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Member {
+    /// Index of its stage in the list.
+    pub stage: usize,
+    /// Its entry point and extent.
+    pub phase: Phase,
+    /// The entry point is in the stage's WGSL for the fused plan.
+    pub fused: bool,
+    /// It belongs to the step before: its random numbers and its repetition are that step's.
+    pub late: bool,
+    /// Which repetition of the stage it belongs to.
+    pub repetition: u32,
+    /// What it binds, under the names that it has here.
+    uses: Vec<Use>,
+}
+
+/// What the fused plan dispatches.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Item {
+    /// A kernel of a stage as it is.
+    Alone(Member),
+    /// Several kernels in one, over particles or over cells.
+    Joint(Vec<Member>),
+}
+
+impl Item {
+    /// The kernels in it.
+    #[must_use]
+    pub fn members(&self) -> &[Member] {
+        match self {
+            Item::Alone(member) => std::slice::from_ref(member),
+            Item::Joint(members) => members,
+        }
+    }
+}
+
+/// Which part of a run an order is for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Occasion {
+    /// A step that follows a snapshot: the collision before it has been applied.
+    First,
+    /// A step that applies the collision of the step before.
+    Next,
+    /// Before a snapshot: only applies the last collision.
+    Last,
+}
+
+/// The order of kernels on an occasion; a stage is its entry, how often it repeats within a step, and whether it runs in this step.
+///
+/// # Errors
+/// If the WGSL of a stage is not valid.
+pub fn items(stages: &[(&'static Entry, u32, bool)], occasion: Occasion) -> Result<Vec<Item>, ShaderError> {
+    let apply = stages.iter().position(|(entry, ..)| entry.kind == APPLY).unwrap_or(stages.len());
+    let mut list = Vec::new();
+    if occasion == Occasion::Next {
+        for (stage, (entry, ..)) in stages.iter().enumerate() {
+            for phase in entry.fused.map_or(&[] as &[Phase], |f| f.preface) {
+                list.push(member(entry, stage, *phase, (true, false, 0))?);
+            }
+        }
+    }
+    if occasion != Occasion::First && apply < stages.len() {
+        let late = occasion == Occasion::Next;
+        push(&mut list, stages, apply, late)?;
+        for (stage, (entry, ..)) in stages.iter().enumerate() {
+            for phase in entry.receive {
+                list.push(member(entry, stage, *phase, (false, late, 0))?);
+            }
+        }
+        for stage in apply + 1..stages.len() {
+            push(&mut list, stages, stage, late)?;
+        }
+    }
+    if occasion != Occasion::Last {
+        for stage in 0..apply {
+            push(&mut list, stages, stage, false)?;
+        }
+    }
+    Ok(arranged(list, stages))
+}
+
+fn push(
+    list: &mut Vec<Member>,
+    stages: &[(&'static Entry, u32, bool)],
+    stage: usize,
+    late: bool,
+) -> Result<(), ShaderError> {
+    let (entry, repetitions, runs) = stages[stage];
+    let own = entry.fused.is_none_or(|f| f.phases.is_empty());
+    let phases = if own { entry.phases } else { entry.fused.map_or(entry.phases, |f| f.phases) };
+    for repetition in 0..if runs { repetitions } else { 0 } {
+        for phase in phases {
+            list.push(member(entry, stage, *phase, (!own, late, repetition))?);
+        }
+    }
+    Ok(())
+}
+
+fn member(
+    entry: &'static Entry,
+    stage: usize,
+    phase: Phase,
+    (fused, late, repetition): (bool, bool, u32),
+) -> Result<Member, ShaderError> {
+    let mut uses = if fused { fused_uses(entry, phase.entry)? } else { uses(entry, phase.entry)? };
+    if late && entry.kind == APPLY {
+        // By then the grid has been moved.
+        uses.iter_mut().filter(|u| u.buffer == "shift").for_each(|u| "shift_before".clone_into(&mut u.buffer));
+    }
+    Ok(Member { stage, phase, fused, late, repetition, uses })
+}
+
+/// What an entry point of a stage's WGSL for the fused plan binds.
+fn fused_uses(entry: &'static Entry, point: &'static str) -> Result<Vec<Use>, ShaderError> {
+    type Known = HashMap<(&'static str, &'static str), Vec<Use>>;
+    static KNOWN: Mutex<Option<Known>> = Mutex::new(None);
+    let mut guard = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
+    let known = guard.get_or_insert_default();
+    if let Some(uses) = known.get(&(entry.kind, point)) {
+        return Ok(uses.clone());
+    }
+    let module = entry.fused_module()?;
+    let bound = module.iter().flat_map(|m| m.bindings(point));
+    let uses: Vec<Use> =
+        bound.map(|b| Use { buffer: b.name.clone(), read: b.access.read, write: b.access.write }).collect();
+    known.insert((entry.kind, point), uses.clone());
+    Ok(uses)
+}
+
+/// One of them writes what the other uses. Faults are flags that are only ever added.
+fn conflict(a: &Member, b: &Member) -> bool {
+    a.uses.iter().any(|x| b.uses.iter().any(|y| x.buffer == y.buffer && (x.write || y.write) && x.buffer != "faults"))
+}
+
+fn arranged(list: Vec<Member>, stages: &[(&'static Entry, u32, bool)]) -> Vec<Item> {
+    let joins = |m: &Member| stages[m.stage].0.function(m.phase.entry).is_some();
+    let mut items = Vec::new();
+    let mut rest = list;
+    while let Some(first) = rest.iter().position(joins) {
+        let later = rest.split_off(first + 1);
+        let mut group = vec![rest.pop().expect("it was found")];
+        items.extend(rest.into_iter().map(Item::Alone));
+        let (mut hoisted, mut deferred) = (Vec::new(), Vec::new());
+        for member in later {
+            let free = !deferred.iter().any(|d| conflict(d, &member));
+            if free && joins(&member) && member.phase.over == group[0].phase.over {
+                group.push(member);
+            } else if free && !group.iter().any(|g| conflict(g, &member)) {
+                hoisted.push(member);
+            } else {
+                deferred.push(member);
+            }
+        }
+        items.extend(hoisted.into_iter().map(Item::Alone));
+        // The sums stay in registers only if nobody else asks for them.
+        let made = group.len() > 1 && group[0].uses.iter().any(|u| u.buffer == "moments" && u.write);
+        if made && deferred.iter().any(|d| d.uses.iter().any(|u| u.buffer == "moments")) {
+            deferred.splice(0..0, group.drain(1..));
+        }
+        let alone = group.len() == 1 && !group[0].late;
+        items.push(if alone { Item::Alone(group.remove(0)) } else { Item::Joint(group) });
+        rest = deferred;
+    }
+    items.extend(rest.into_iter().map(Item::Alone));
+    items
+}
+
+/// The kernel of joint members.
+///
+/// # Errors
+/// If their functions do not fit together as WGSL.
+pub fn joint(members: &[Member], stages: &[(&'static Entry, u32, bool)]) -> Result<Module, ShaderError> {
+    let part = |m: &Member| {
+        let entry = stages[m.stage].0;
+        Part {
+            kind: entry.kind,
+            wgsl: if m.fused { entry.fused.map_or("", |f| f.wgsl) } else { entry.wgsl },
+            settings: entry.uniform_wgsl,
+            function: entry.function(m.phase.entry).unwrap_or_default(),
+            late: m.late,
+        }
+    };
+    let parts: Vec<Part<'_>> = members.iter().map(part).collect();
+    let over = if members[0].phase.over == Extent::Particles {
+        Over::Particles
+    } else {
+        let sums = members[0].uses.iter().any(|u| u.buffer == "moments" && u.write);
+        let first = &members[usize::from(sums)];
+        Over::Cells { sums, operators: first.uses.iter().any(|u| u.buffer == "operators" && u.read) }
+    };
+    fuse(&parts, over)
+}
