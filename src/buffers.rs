@@ -366,7 +366,13 @@ pub const CATALOGUE: &[Buffer] = &[
         24,
         "fixed-point sums over each cell: 1, v, |v|^2, x, xx, xv",
     ),
-    buffer("operators", Derived(&["moments"]), Cells, 16, "v' = b + A v + W x x of each cell: A (9), W (3), b (3)"),
+    buffer(
+        "operators",
+        Derived(&["moments"]),
+        Cells,
+        16,
+        "v' = b + A v + W x x of each cell: three rows of A, each with one of W, then b",
+    ),
     buffer("ghost_sums", Scratch, Squirmers, 30, "sums over the ghosts of each squirmer: 15 wide sums"),
     buffer(
         "ghost_motion",
@@ -380,7 +386,7 @@ pub const CATALOGUE: &[Buffer] = &[
     buffer("bin_next", Scratch, Squirmers, 1, "next squirmer of the same bin, index + 1"),
     buffer("cell_counts", Scratch, Cells, 1, "particles per cell, then the place of the next"),
     buffer("block_sums", Scratch, Blocks, 1, "particles per block of cells"),
-    buffer("ranks", Scratch, Particles, 1, "each particle's number in its cell"),
+    buffer("ranks", Scratch, Particles, 2, "each particle's cell and its number in it"),
     buffer("cell_starts", Scratch, Cells, 1, "place of a cell's first particle, from that of its block"),
     buffer("order", Scratch, Particles, 1, "particles in the order of their cells"),
     buffer("positions_sorted", Scratch, Particles, 3, "positions in their new order"),

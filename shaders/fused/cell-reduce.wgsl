@@ -34,8 +34,14 @@ fn cell_here(p: vec3<u32>) -> Place {
 }
 
 // The particle takes the next number in its cell.
+fn tally_at(i: u32, position: vec3<u32>) {
+    let cell = cell_here(position).cell;
+    ranks[2u * i] = cell;
+    ranks[2u * i + 1u] = atomicAdd(&cell_counts[cell], 1u);
+}
+
 fn tallied(i: u32, p: Particle) -> Particle {
-    ranks[i] = atomicAdd(&cell_counts[cell_here(p.position).cell], 1u);
+    tally_at(i, p.position);
     return p;
 }
 
@@ -43,7 +49,7 @@ fn tallied(i: u32, p: Particle) -> Particle {
 fn tally(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
     let i = invocation(group, groups, lane);
     if i < system.particle_count {
-        ranks[i] = atomicAdd(&cell_counts[cell_here(position_at(i)).cell], 1u);
+        tally_at(i, position_at(i));
     }
 }
 
@@ -116,7 +122,7 @@ fn start_of(cell: u32) -> u32 {
 fn list(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
     let i = invocation(group, groups, lane);
     if i < system.particle_count {
-        order[start_of(cell_here(position_at(i)).cell) + ranks[i]] = i;
+        order[start_of(ranks[2u * i]) + ranks[2u * i + 1u]] = i;
     }
 }
 
@@ -140,6 +146,9 @@ fn gathered(cell: u32) -> Sums {
         s.v += c.v;
         s.energy += c.energy;
         s.coarse += c.coarse;
+        if !PLACES {
+            continue;
+        }
         s.x += c.x;
         s.diagonal += c.diagonal;
         s.mixed += c.mixed;

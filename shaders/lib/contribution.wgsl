@@ -1,5 +1,6 @@
 // What one particle adds to the sums of its cell, in fixed point.
 //!include moments
+//!include places
 
 // What one fluid particle adds to the count, and what a ghost adds.
 const ONE_PARTICLE: u32 = 1u;
@@ -30,6 +31,9 @@ fn contribution(one: u32, x: vec3<f32>, v: vec3<f32>) -> Sums {
     s.v = fixed3(v * system.scale_velocity);
     s.energy = u32(round(square * system.scale_energy));
     s.coarse = u32(round(square * system.scale_coarse));
+    if !PLACES {
+        return s;
+    }
     s.x = fixed3(x * system.scale_position);
     s.diagonal = fixed3(x * x * system.scale_second);
     s.mixed = fixed3(vec3<f32>(x.x * x.y, x.x * x.z, x.y * x.z) * system.scale_second);

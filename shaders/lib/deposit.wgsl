@@ -20,6 +20,9 @@ fn deposit(one: u32, cell: u32, x: vec3<f32>, v: vec3<f32>) {
     deposit3(word + 1u, s.v);
     atomicAdd(&moments[word + 4u], s.energy);
     atomicAdd(&moments[word + 5u], s.coarse);
+    if !PLACES {
+        return;
+    }
     deposit3(word + 6u, s.x);
     deposit3(word + 9u, s.diagonal);
     deposit3(word + 12u, s.mixed);

@@ -2,12 +2,15 @@
 //!include operator
 
 fn operator_at(cell: u32) -> Operator {
-    let k = cell * OPERATOR_WORDS;
+    let k = 4u * cell;
+    let x = operators[k];
+    let y = operators[k + 1u];
+    let z = operators[k + 2u];
     var o: Operator;
-    o.a[0] = vec3<f32>(operators[k], operators[k + 1u], operators[k + 2u]);
-    o.a[1] = vec3<f32>(operators[k + 3u], operators[k + 4u], operators[k + 5u]);
-    o.a[2] = vec3<f32>(operators[k + 6u], operators[k + 7u], operators[k + 8u]);
-    o.w = vec3<f32>(operators[k + 9u], operators[k + 10u], operators[k + 11u]);
-    o.b = vec3<f32>(operators[k + 12u], operators[k + 13u], operators[k + 14u]);
+    o.a[0] = x.xyz;
+    o.a[1] = y.xyz;
+    o.a[2] = z.xyz;
+    o.w = vec3<f32>(x.w, y.w, z.w);
+    o.b = operators[k + 3u].xyz;
     return o;
 }

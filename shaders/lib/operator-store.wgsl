@@ -3,13 +3,9 @@
 
 fn store_operator(cell: u32, o: Operator) {
     var op = o;
-    let k = cell * OPERATOR_WORDS;
-    for (var i = 0u; i < 3u; i++) {
-        operators[k + 3u * i] = op.a[i].x;
-        operators[k + 3u * i + 1u] = op.a[i].y;
-        operators[k + 3u * i + 2u] = op.a[i].z;
-        operators[k + 9u + i] = op.w[i];
-        operators[k + 12u + i] = op.b[i];
-    }
-    operators[k + 15u] = 0.0;
+    let k = 4u * cell;
+    operators[k] = vec4<f32>(op.a[0], op.w.x);
+    operators[k + 1u] = vec4<f32>(op.a[1], op.w.y);
+    operators[k + 2u] = vec4<f32>(op.a[2], op.w.z);
+    operators[k + 3u] = vec4<f32>(op.b, 0.0);
 }

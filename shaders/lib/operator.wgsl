@@ -1,6 +1,7 @@
 // The collision of one cell as an affine map, v' = b + A v + W x x with x from the cell's centre.
-// Words: 0-8 A, row by row | 9-11 W | 12-14 b | 15 not used.
+// In memory: three rows of A with the components of W behind them, then b; 16 words as four vectors.
 //!include exact
+//!include places
 const OPERATOR_WORDS: u32 = 16u;
 
 struct Operator {
@@ -12,7 +13,10 @@ struct Operator {
 
 fn collided(o: Operator, x: vec3<f32>, v: vec3<f32>) -> vec3<f32> {
     var op = o;
-    let spin = cross3(op.w, x);
+    var spin = vec3<f32>(0.0);
+    if PLACES {
+        spin = cross3(op.w, x);
+    }
     return vec3<f32>(
         fma(op.a[0].x, v.x, fma(op.a[0].y, v.y, fma(op.a[0].z, v.z, spin.x))),
         fma(op.a[1].x, v.x, fma(op.a[1].y, v.y, fma(op.a[1].z, v.z, spin.y))),

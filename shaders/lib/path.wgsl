@@ -1,5 +1,9 @@
 // The ballistic path of a particle between plane walls. Time may run backwards: both wall conditions are their own inverse.
 // The including file binds `system`.
+// What a run has none of, its kernels leave out.
+override WALLS: bool = true;
+override FORCE: bool = true;
+
 struct Path {
     position: vec3<u32>,
     velocity: vec3<f32>,
@@ -9,7 +13,7 @@ struct Path {
 }
 
 fn beyond_wall(y: u32) -> bool {
-    return system.walled == 1u && (y & 0x80000000u) != 0u;
+    return WALLS && system.walled == 1u && (y & 0x80000000u) != 0u;
 }
 
 // Share of the displacement after which the path from y meets the wall that it crosses; 2 if it crosses none.
@@ -46,6 +50,10 @@ fn reflect_at_wall(path: Path, displacement: f32) -> Path {
 // Free flight for `time` (negative: backwards), reflected at walls.
 fn fly(start: Path, time: f32) -> Path {
     var p = start;
+    if !WALLS {
+        p.position += to_units(p.velocity * time);
+        return p;
+    }
     var rest = time;
     for (var bounce = 0; bounce < 8; bounce++) {
         let displacement = p.velocity * rest;
@@ -65,6 +73,9 @@ fn fly(start: Path, time: f32) -> Path {
 // would then change its size for whole classes of particles: the low bits of the position decide which way to round. A whole number
 // of units is added, so that no order in which a compiler adds can lose them.
 fn kicked(v: vec3<f32>, position: vec3<u32>) -> vec3<f32> {
+    if !FORCE {
+        return v;
+    }
     let kick = system.acceleration * (0.5 * system.dt);
     let dice = vec3<f32>(position.yzx & vec3<u32>(0xffffu)) * 1.52587890625e-5 + 7.62939453125e-6;
     // Distance to the next larger magnitude, or, next to rest, a small part of the kick.

@@ -8,7 +8,7 @@
 @group(0) @binding(1) var<storage, read> positions: array<u32>;
 @group(0) @binding(2) var<storage, read_write> velocities: array<f32>;
 @group(0) @binding(3) var<storage, read> shift: array<u32>;
-@group(0) @binding(4) var<storage, read> operators: array<f32>;
+@group(0) @binding(4) var<storage, read> operators: array<vec4<f32>>;
 
 fn applied(i: u32, p: Particle) -> Particle {
     let place = locate(p.position, vec3<u32>(shift[0], shift[1], shift[2]));

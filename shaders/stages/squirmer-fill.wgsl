@@ -17,7 +17,7 @@
 @group(0) @binding(5) var<storage, read_write> ghost_motion: array<f32>;
 @group(0) @binding(6) var<storage, read> shift: array<u32>;
 @group(0) @binding(7) var<storage, read_write> moments: array<atomic<u32>>;
-@group(0) @binding(8) var<storage, read> operators: array<f32>;
+@group(0) @binding(8) var<storage, read> operators: array<vec4<f32>>;
 @group(0) @binding(9) var<storage, read_write> impulses: array<atomic<u32>>;
 @group(0) @binding(10) var<storage, read_write> fluid_force: array<f32>;
 @group(0) @binding(11) var<storage, read_write> faults: array<atomic<u32>>;

@@ -3,8 +3,8 @@
 use super::kernel::{Buffers, Kernel, compile, settings};
 use super::{Gpu, GpuError};
 use crate::buffers::{Now, Sizes};
-use crate::graph::Plan;
 use crate::graph::fused::{Item, Occasion, items, joint};
+use crate::graph::{Plan, constants};
 use crate::shader::{ENTRY, Module, settings_name};
 use crate::stages::Entry;
 use std::collections::HashMap;
@@ -89,6 +89,7 @@ impl Fused {
     ) -> Result<Self, GpuError> {
         let uniforms: Vec<(String, wgpu::Buffer)> =
             plan.stages.iter().map(|s| (settings_name(s.entry.kind), settings(gpu, s, plan))).collect();
+        let constants = constants(plan);
         let mut made = Vec::new();
         for (item, module) in ordered.kernels {
             let members = item.members();
@@ -99,9 +100,16 @@ impl Fused {
                 uniforms.iter().find(|(n, _)| n == name).map(|(_, b)| b.clone()).expect("every stage has its uniform")
             };
             let point = if matches!(item, Item::Joint(_)) { ENTRY } else { members[0].phase.entry };
-            let label = kinds.join(" + ");
+            let label = if members.len() == 1 { format!("{} {}", kinds[0], point) } else { kinds.join(" + ") };
             let compiled = compile(gpu, &label, &module);
-            let kernel = Kernel::new(gpu, &compiled, &module, (point, members[0].phase.over), (buffers, &find), sizes)?;
+            let kernel = Kernel::new(
+                gpu,
+                &compiled,
+                &module,
+                (point, members[0].phase.over),
+                (buffers, &find),
+                (sizes, &constants),
+            )?;
             made.push(Made { item, kernel, label });
         }
         Ok(Self { every: ordered.every, made, orders: ordered.orders })

@@ -76,8 +76,10 @@ impl Kernel {
         module: &Module,
         (entry_point, over): (&str, Extent),
         (buffers, settings): (&Buffers, &dyn Fn(&str) -> wgpu::Buffer),
-        sizes: &Sizes,
+        (sizes, constants): (&Sizes, &[(&str, f64)]),
     ) -> Result<Self, GpuError> {
+        let constants: Vec<(&str, f64)> =
+            constants.iter().copied().filter(|(name, _)| module.text.contains(&format!("override {name}:"))).collect();
         let bindings = module.bindings(entry_point);
         let entries: Vec<_> = bindings.iter().map(layout_entry).collect();
         let layout = gpu
@@ -93,7 +95,7 @@ impl Kernel {
             layout: Some(&pipeline_layout),
             module: compiled,
             entry_point: Some(entry_point),
-            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            compilation_options: wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() },
             cache: None,
         });
         let found: Vec<wgpu::Buffer> = bindings

@@ -3,8 +3,8 @@
 use super::kernel::{Buffers, Kernel, settings};
 use super::{Gpu, GpuError};
 use crate::buffers::{Now, Sizes};
-use crate::graph::Plan;
 use crate::graph::kernels::APPLY;
+use crate::graph::{Plan, constants};
 use crate::shader::Module;
 use crate::stages::Phase;
 
@@ -31,13 +31,21 @@ impl Loose {
         buffers: &Buffers,
         sizes: &Sizes,
     ) -> Result<Self, GpuError> {
+        let constants = constants(plan);
         let mut stages = Vec::new();
         for (stage, module) in plan.stages.iter().zip(modules) {
             let compiled = super::kernel::compile(gpu, stage.entry.kind, module);
             let uniform = settings(gpu, stage, plan);
             let kernels = |phases: &[Phase]| {
                 let kernel = |p: &Phase| {
-                    Kernel::new(gpu, &compiled, module, (p.entry, p.over), (buffers, &|_| uniform.clone()), sizes)
+                    Kernel::new(
+                        gpu,
+                        &compiled,
+                        module,
+                        (p.entry, p.over),
+                        (buffers, &|_| uniform.clone()),
+                        (sizes, &constants),
+                    )
                 };
                 phases.iter().map(kernel).collect::<Result<Vec<_>, _>>()
             };

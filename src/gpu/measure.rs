@@ -185,7 +185,7 @@ impl Measurement {
         phases.extend([("coarsen", Extent::Coarse), ("sample", Extent::Samples)]);
         let kernels = phases
             .iter()
-            .map(|phase| Kernel::new(gpu, &compiled, &module, *phase, (&buffers, &|_| uniform.clone()), &sizes))
+            .map(|phase| Kernel::new(gpu, &compiled, &module, *phase, (&buffers, &|_| uniform.clone()), (&sizes, &[])))
             .collect::<Result<Vec<_>, _>>()?;
         Ok(Self { kernels, buffers, ring: Ring::default(), wanted, blocks, samples })
     }

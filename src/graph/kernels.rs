@@ -1,5 +1,6 @@
 //! The kernels of one step in the order of execution, each with the buffers that it truly reads and writes.
 
+use super::Plan;
 use crate::shader::ShaderError;
 use crate::stages::{Entry, Phase, REGISTRY};
 use std::collections::HashMap;
@@ -67,6 +68,21 @@ fn push(
         list.push(Kernel { stage, kind: entry.kind, entry: phase.entry, receive, every_step, uses });
     }
     Ok(())
+}
+
+/// What the kernels of a plan may leave out: the values of the constants `override NAME` of its WGSL, 0 or 1.
+#[must_use]
+pub fn constants(plan: &Plan) -> [(&'static str, f64); 3] {
+    let system = &plan.system;
+    // A plan without a collision is a test's, which looks at the sums themselves.
+    let collides = plan.stages.iter().any(|s| s.entry.kind == APPLY);
+    let places = !collides || plan.stages.iter().any(|s| (s.entry.places)(&s.values));
+    let yes = |b: bool| f64::from(u8::from(b));
+    [
+        ("WALLS", yes(system.domain.walls.is_some())),
+        ("FORCE", yes(system.fluid.acceleration != [0.0; 3])),
+        ("PLACES", yes(places)),
+    ]
 }
 
 /// What an entry point of a stage binds. Modules are reflected once for the life of the program.

@@ -7,6 +7,6 @@ pub mod kernels;
 pub mod plan;
 pub mod sizes;
 
-pub use kernels::{Kernel, Use, kernels};
+pub use kernels::{Kernel, Use, constants, kernels};
 pub use plan::{Output, Plan, PlannedStage};
 pub use sizes::{memory, sizes};

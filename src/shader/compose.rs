@@ -23,6 +23,7 @@ const LIBRARY: &[(&str, &str)] = &[
     ("particles", include_str!("../../shaders/lib/particles.wgsl")),
     ("particles-store", include_str!("../../shaders/lib/particles-store.wgsl")),
     ("path", include_str!("../../shaders/lib/path.wgsl")),
+    ("places", include_str!("../../shaders/lib/places.wgsl")),
     ("rigid", include_str!("../../shaders/lib/rigid.wgsl")),
     ("rng", include_str!("../../shaders/lib/rng.wgsl")),
     ("spheroid", include_str!("../../shaders/lib/spheroid.wgsl")),

@@ -80,6 +80,10 @@ pub trait Stage: 'static {
     fn every(_params: &Self::Params) -> u64 {
         1
     }
+    /// Whether the stage uses the sums over the positions in a cell, not only over velocities.
+    fn places(_params: &Self::Params) -> bool {
+        false
+    }
     /// What is wrong with the parameters in this system, beyond the ranges of single fields.
     fn check(_params: &Self::Params, _system: &System) -> Vec<Finding> {
         Vec::new()
@@ -117,6 +121,8 @@ pub struct Entry {
     pub repetitions: fn(&Values) -> u32,
     /// See [`Stage::every`].
     pub every: fn(&Values) -> u64,
+    /// See [`Stage::places`].
+    pub places: fn(&Values) -> bool,
     /// See [`Stage::check`].
     pub check: fn(&Values, &System) -> Vec<Finding>,
     /// Bytes of the uniform.
@@ -147,6 +153,7 @@ impl Entry {
             fields: S::Params::fields,
             repetitions: |v| S::repetitions(&S::Params::from_values(v)),
             every: |v| S::every(&S::Params::from_values(v)),
+            places: |v| S::places(&S::Params::from_values(v)),
             check: |v, s| S::check(&S::Params::from_values(v), s),
             uniform: |v, s| bytemuck::bytes_of(&S::uniform(&S::Params::from_values(v), s)).to_vec(),
             uniform_wgsl: S::Uniform::WGSL,

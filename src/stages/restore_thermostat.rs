@@ -47,6 +47,10 @@ impl Stage for RestoreThermostat {
     type Params = Self;
     type Uniform = RestoreThermostatSettings;
 
+    fn places(params: &Self) -> bool {
+        params.angular_momentum
+    }
+
     fn check(params: &Self, system: &System) -> Vec<Finding> {
         let mut findings = Vec::new();
         if params.mode == "angular-momentum-only" && !params.angular_momentum {

@@ -67,6 +67,10 @@ impl Stage for WallGhosts {
     type Params = Self;
     type Uniform = WallGhostsSettings;
 
+    fn places(params: &Self) -> bool {
+        params.velocity == "continued"
+    }
+
     fn check(_: &Self, system: &System) -> Vec<Finding> {
         let (message, help) = match &system.domain.walls {
             None => ("the box has no walls to fill", "remove this stage, or add `walls` to the domain"),

@@ -164,8 +164,9 @@ impl Bench {
 
     pub fn operators(&self) -> Vec<Operator> {
         let operator = |w: &[f64]| Operator {
-            a: DMat3::from_cols_slice(&w[..9]).transpose(),
-            w: DVec3::from_slice(&w[9..]),
+            a: DMat3::from_cols(DVec3::from_slice(w), DVec3::from_slice(&w[4..]), DVec3::from_slice(&w[8..]))
+                .transpose(),
+            w: DVec3::new(w[3], w[7], w[11]),
             b: DVec3::from_slice(&w[12..]),
         };
         self.floats("operators").chunks_exact(16).map(operator).collect()

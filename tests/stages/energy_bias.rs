@@ -37,7 +37,7 @@ fn a_collision_neither_heats_nor_cools() {
         session.run_stage("apply", false).expect("it runs");
         drift += (energy(&velocities(&session)) - before) / before / f64::from(steps);
         for o in session.read::<f32>("operators").expect("operators").chunks_exact(16) {
-            let a = DMat3::from_cols_array(&std::array::from_fn(|i| f64::from(o[i])));
+            let a = DMat3::from_cols_array(&std::array::from_fn(|i| f64::from(o[i / 3 * 4 + i % 3])));
             stretch += (a * a.transpose() - DMat3::IDENTITY).to_cols_array().iter().step_by(4).sum::<f64>() / 3.0;
             cells += 1.0;
         }

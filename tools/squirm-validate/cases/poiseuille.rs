@@ -20,9 +20,10 @@ pub const CASE: Case = Case {
             flow begins developed. Its slowest fluctuation has the amplitude sqrt(2/N) and lives L^2/(pi^2 nu), 215 tau for \
             SRD+a and L = 30.",
     remarks: "With ghosts at the wall's velocity and SRD-a another code found b = 0.19 a; 0.147(11) is found here, \
-              0.159(10) in Couette flow, and a mean-field model of tracers gives 0.16(1) (docs/physics.md). Without \
-              ghosts another code was said to find 1 a; 0.40 a is found here, and 0.55(6) a in a Couette flow of quick \
-              size. Nothing else in these channels depends on it, and the cause of the difference was not looked for.",
+              0.159(10) in Couette flow, and a mean-field model of tracers gives 0.158 (docs/physics.md; 0.097 for \
+              SRD+a, and -0.004 and 0.046 with grip). Without ghosts the same model gives 1.06 a for SRD-a, which is \
+              what the other code is said to have found, but 0.53 a for SRD+a: the expectation is the wrong rule's. \
+              0.404(11) is found; the model knows nothing of how few particles share a cell at the wall.",
     sheets: &[Sheet {
         name: "poiseuille",
         title: "Velocity between two walls, driven by a body force",
