@@ -1,7 +1,7 @@
 //! The opened adapter, and plans from the pipeline files of the cases.
 
 use crate::case::{Size, Trouble};
-use squirm::gpu::{Gpu, Session};
+use squirm::gpu::{Form, Gpu, Session};
 use squirm::graph::Plan;
 use squirm::state::{State, System};
 use std::path::PathBuf;
@@ -46,8 +46,13 @@ impl Rig {
         Ok(Planned { system, plan })
     }
 
-    /// A session that begins with this state.
+    /// A session that begins with this state, in the form in which users run.
     pub fn session(&self, planned: &Planned, state: &State) -> Result<Session, Trouble> {
+        Ok(Session::formed(&self.gpu, &planned.plan, state, Form::Fused)?)
+    }
+
+    /// The same with every stage's results in memory, the sums over cells among them.
+    pub fn loose_session(&self, planned: &Planned, state: &State) -> Result<Session, Trouble> {
         Ok(Session::new(&self.gpu, &planned.plan, state)?)
     }
 

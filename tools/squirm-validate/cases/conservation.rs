@@ -116,8 +116,7 @@ fn conserved(rig: &Rig, rule: Collision) -> Result<Outcome, Trouble> {
     Ok(Outcome { rows, curves: Vec::new() })
 }
 
-/// Particles that the last step's sums over the cells hold.
+/// Particles that the last step counted in all cells.
 fn counted_in_cells(session: &Session) -> Result<f64, Trouble> {
-    let words = session.read::<u32>("moments")?;
-    Ok(words.chunks_exact(24).map(|cell| f64::from(cell[0])).sum())
+    Ok(session.read::<u32>("cell_counts")?.into_iter().map(f64::from).sum())
 }

@@ -184,7 +184,7 @@ fn range(rig: &Rig, density: u32) -> Result<Outcome, Trouble> {
     let mut sets = rules::THERMOSTAT.sets();
     sets.extend([rules::size_set([edge; 3]), format!("fluid.density={density}")]);
     let planned = rig.plan("precision", &sets)?;
-    let mut session = rig.session(&planned, &rig.start(&planned)?)?;
+    let mut session = rig.loose_session(&planned, &rig.start(&planned)?)?;
     let (mut largest, mut fullest, mut fastest) = ([0.0f64; WORDS.len()], 0u32, 0.0f64);
     for _ in 0..rig.pick(50, 1000) {
         advance(&mut session, 5)?;
