@@ -27,7 +27,7 @@ fn a_fluid_without_thermostat_keeps_energy_and_momentum() {
     let system = rig::system([edge; 3]);
     let state = rig::fluid(&system, 10 * (edge as usize).pow(3));
     let plan = rig::plan(&system, rig::BULK, &[("restore-thermostat", "mode", Value::Text("energy".into()))]);
-    let mut session = rig::session(&plan, &state);
+    let mut session = rig::fused(&plan, &state);
     let before = session.state().expect("a state");
     advance(&mut session, 10_000);
     let after = session.state().expect("a state");
@@ -57,7 +57,7 @@ fn mixture(walled: bool) -> System {
 /// Momentum per particle that 300 steps lose, walls included; the walls' share of the last line tells how much they took.
 fn lost(system: &System, kinds: &[&str]) -> (f64, [DVec3; 2]) {
     let state = start(system).expect("there is room");
-    let mut session = rig::session(&rig::plan(system, kinds, &[]), &state);
+    let mut session = rig::fused(&rig::plan(system, kinds, &[]), &state);
     let first = session.state().expect("a state");
     let before = momentum(system, &first);
     advance(&mut session, 300);

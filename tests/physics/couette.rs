@@ -34,7 +34,7 @@ fn slip_length(velocity: &str) -> Estimate {
     // The flow starts developed.
     state.particles.iter_mut().for_each(|p| p.velocity.x += SPEED * (2.0 * p.position.y / depth - 1.0));
     let plan = rig::plan(&system, SLIT, &[("wall-ghosts", "velocity", Value::Text(velocity.into()))]);
-    let mut session = rig::session(&plan, &state);
+    let mut session = rig::fused(&plan, &state);
     // Some L^2/(pi^2 nu) = 4 tau (full: 15 tau) for what is left to develop.
     advance(&mut session, size(100, 1000));
     let mut slopes = Vec::new();

@@ -30,7 +30,7 @@ fn density_is_uniform_across_a_slit() {
     system.domain.walls = Some(rig::walls());
     let state = rig::fluid(&system, 80 * (edge as usize).pow(2));
     let edges: Vec<f64> = (0..=10).map(|k| f64::from(k) * 0.1).chain((3..=8).map(|k| f64::from(k) * 0.5)).collect();
-    let mut session = rig::session(&rig::plan(&system, SLIT, &[]), &state);
+    let mut session = rig::fused(&rig::plan(&system, SLIT, &[]), &state);
     let mut bins = vec![Vec::new(); edges.len() - 1];
     for _ in 0..300 {
         advance(&mut session, 8);
@@ -67,7 +67,7 @@ fn beside_a_squirmer_the_fluid_is_as_dense_and_as_hot_as_elsewhere() {
     system.species = vec![listed(rig::species(4.0, 2.0, 0.1, 0.0), vec![[10.0, 9.0, 11.0, 0.2, 0.3, 1.0]])];
     let state = start(&system).expect("there is room");
     let edges: Vec<f64> = (0..=10).map(|k| 1.0 + 0.05 * f64::from(k)).collect();
-    let mut session = rig::session(&rig::plan(&system, SQUIRMERS, &[]), &state);
+    let mut session = rig::fused(&rig::plan(&system, SQUIRMERS, &[]), &state);
     let mut bins = vec![Vec::new(); edges.len() - 1];
     let mut heat = Vec::new();
     advance(&mut session, 50);

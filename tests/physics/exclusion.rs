@@ -59,7 +59,7 @@ fn no_two_things_are_in_one_place() {
     let system = crowded();
     let share = 1.0 - system.fluid_volume() / system.domain.volume();
     assert!(share > 0.28, "{share}");
-    let mut session = rig::session(&rig::plan(&system, rig::EVERYTHING, &[]), &start(&system).expect("there is room"));
+    let mut session = rig::fused(&rig::plan(&system, rig::EVERYTHING, &[]), &start(&system).expect("there is room"));
     let mut closest = (f64::INFINITY, f64::INFINITY);
     for _ in 0..size(20, 100) {
         advance(&mut session, 10);
@@ -81,7 +81,7 @@ fn without_collisions_squirmers_fill_with_fluid() {
     let _turn = alone();
     let system = crowded();
     let stages: Vec<&str> = rig::EVERYTHING.iter().copied().filter(|s| *s != "squirmer-collide").collect();
-    let mut session = rig::session(&rig::plan(&system, &stages, &[]), &start(&system).expect("there is room"));
+    let mut session = rig::fused(&rig::plan(&system, &stages, &[]), &start(&system).expect("there is room"));
     assert_eq!(misplaced(&system, &session.state().expect("a state")), 0);
     advance(&mut session, 1);
     assert!(misplaced(&system, &session.state().expect("a state")) > 100);

@@ -39,7 +39,7 @@ fn a_driven_slit_has_a_parabolic_profile() {
         p.velocity.x += 5.0 * force / theory.viscosity * (edge_of_flow * edge_of_flow - x * x);
     });
     let plan = rig::plan(&system, SLIT, &[]);
-    let mut session = rig::session(&plan, &state);
+    let mut session = rig::fused(&plan, &state);
     let bins = height as usize;
     let (mut curvatures, mut tops, mut profile) = (Vec::new(), Vec::new(), vec![0.0; bins]);
     for _ in 0..size(160, 2000) {

@@ -35,7 +35,7 @@ fn relative_speed(species: Species, edge: u32, steps: u64) -> Estimate {
     let corner = 0.9 * f64::from(edge);
     system.species = vec![listed(species, vec![[corner, corner - 1.0, corner + 1.0, 0.3, 0.5, 0.8]])];
     let state = start(&system).expect("there is room");
-    let mut session = rig::session(&rig::plan(&system, SQUIRMERS, &[]), &state);
+    let mut session = rig::fused(&rig::plan(&system, SQUIRMERS, &[]), &state);
     // The flow of the largest wavelength develops within L^2/(4 pi^2 nu): 3 tau for 14 a, 15 tau for 32 a.
     advance(&mut session, size(300, 2000));
     let every = 25;

@@ -11,7 +11,7 @@ fn settled(mode: &str) -> Estimate {
     let mut state = rig::fluid(&system, 10 * (edge as usize).pow(3));
     state.particles.iter_mut().for_each(|p| p.velocity *= 1.05f64.sqrt());
     let plan = rig::plan(&system, rig::BULK, &[("restore-thermostat", "mode", Value::Text(mode.into()))]);
-    let mut session = rig::session(&plan, &state);
+    let mut session = rig::fused(&plan, &state);
     advance(&mut session, 200);
     let series: Vec<f64> = (0..64)
         .map(|_| {

@@ -28,7 +28,7 @@ fn shear_waves_decay_with_the_viscosity_of_the_rule() {
             system.run.seed = 100 + seed;
             let mut state = rig::fluid(&system, 10 * (edge as usize).pow(3));
             state.particles.iter_mut().for_each(|p| p.velocity.x += 0.4 * (k * p.position.z).sin());
-            let mut session = rig::session(&rig::plan(&system, rig::BULK, &[]), &state);
+            let mut session = rig::fused(&rig::plan(&system, rig::BULK, &[]), &state);
             let before = amplitude(&state, k);
             advance(&mut session, steps);
             let after = amplitude(&session.state().expect("a state"), k);

@@ -1,7 +1,7 @@
 //! What the GPU tests share: hand-made systems and plans, and one opened adapter.
 #![allow(dead_code)]
 
-use squirm::gpu::{Gpu, Session};
+use squirm::gpu::{Form, Gpu, Session};
 use squirm::graph::{Plan, PlannedStage};
 use squirm::params::{Value, Values};
 use squirm::stages;
@@ -69,6 +69,11 @@ pub fn plan(system: &System, kinds: &[&str], changes: &[(&str, &'static str, Val
 /// A session at the start of a plan.
 pub fn session(plan: &Plan, state: &State) -> Session {
     Session::new(gpu(), plan, state).expect("a session")
+}
+
+/// The same in the form in which users run.
+pub fn fused(plan: &Plan, state: &State) -> Session {
+    Session::formed(gpu(), plan, state, Form::Fused).expect("a session")
 }
 
 /// Every stage of a fluid in a periodic box.
