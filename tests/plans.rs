@@ -17,6 +17,14 @@ fn files(folder: &str) -> Vec<PathBuf> {
     found
 }
 
+/// What `squirm check` says of a run's memory is what the run takes, but for the rounding of each buffer to 16 bytes.
+fn predicts_memory(session: &Session, plan: &squirm::graph::Plan) {
+    let names = squirm::graph::fused::bound(plan).expect("valid shaders");
+    let sizes = squirm::state::packed::sizes(&plan.system, session.particles());
+    let predicted: u64 = squirm::graph::memory(names.iter().map(String::as_str), &sizes).iter().map(|(_, n)| n).sum();
+    assert!(session.memory() >= predicted && session.memory() - predicted < 16 * 32, "{}", plan.name);
+}
+
 /// State, forces and wall impulses after two submissions.
 fn left(gpu: &Gpu, path: &Path, sets: &[String], form: Form) -> (String, Vec<u32>, [glam::DVec3; 2]) {
     let text = std::fs::read_to_string(path).expect("readable");
@@ -25,6 +33,9 @@ fn left(gpu: &Gpu, path: &Path, sets: &[String], form: Form) -> (String, Vec<u32
         .unwrap_or_else(|e| panic!("{}: {e:?}", path.display()));
     let state = squirm::state::start::start(&loaded.plan.system).expect("a start");
     let mut session = Session::formed(gpu, &loaded.plan, &state, form).expect("a session");
+    if form == Form::Fused {
+        predicts_memory(&session, &loaded.plan);
+    }
     for steps in [1, 4] {
         session.advance(steps, false);
         session.wait().expect("done");

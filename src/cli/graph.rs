@@ -1,7 +1,7 @@
 //! `squirm graph`: the stages of a pipeline file and the buffers between them.
 
 use super::{RUN_FAILED, load, print, render};
-use squirm::graph::{draw, kernels};
+use squirm::graph::{draw, fused, kernels, sizes};
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -17,13 +17,20 @@ pub enum Format {
 }
 
 /// Draws a file.
-pub fn graph(file: &Path, format: Format, overrides: &[String]) -> ExitCode {
+pub fn graph(file: &Path, format: Format, form: super::Form, overrides: &[String]) -> ExitCode {
     let loaded = match load(file, overrides) {
         Ok(loaded) => loaded,
         Err(code) => return code,
     };
     render::all(&loaded.warnings, &loaded.sources);
     let plan = &loaded.plan;
+    if form == super::Form::Fused {
+        let stages = fused::stages(plan, false);
+        return match fused::items(&stages, fused::Occasion::Next) {
+            Ok(items) => print(&draw::fused(&items, &stages, &sizes(&plan.system))),
+            Err(error) => invalid(&error),
+        };
+    }
     let stages: Vec<_> = plan.stages.iter().map(|s| (s.entry, (s.entry.every)(&s.values) == 1)).collect();
     match kernels(&stages) {
         Ok(kernels) => print(&match format {
@@ -31,9 +38,11 @@ pub fn graph(file: &Path, format: Format, overrides: &[String]) -> ExitCode {
             Format::Dot => draw::dot(&plan.name, &kernels),
             Format::Mermaid => draw::mermaid(&kernels),
         }),
-        Err(error) => {
-            say!("error: a shader is not valid: {error}");
-            ExitCode::from(RUN_FAILED)
-        }
+        Err(error) => invalid(&error),
     }
+}
+
+fn invalid(error: &dyn std::fmt::Display) -> ExitCode {
+    say!("error: a shader is not valid: {error}");
+    ExitCode::from(RUN_FAILED)
 }

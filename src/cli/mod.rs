@@ -78,6 +78,9 @@ enum Command {
         /// What to draw with.
         #[arg(long, value_enum, default_value_t = graph::Format::Terminal)]
         format: graph::Format,
+        /// loose: each stage with the buffers that it reads and writes. fused: what shares a kernel in a run, and the bytes that it moves.
+        #[arg(long, value_enum, default_value_t = Form::Loose)]
+        plan: Form,
         #[command(flatten)]
         overrides: Overrides,
     },
@@ -112,7 +115,7 @@ pub fn main() -> ExitCode {
     match Cli::parse().command {
         Command::Run(args) => run::run(&args),
         Command::Check { files, overrides } => check::check(&files, &overrides.set),
-        Command::Graph { file, format, overrides } => graph::graph(&file, format, &overrides.set),
+        Command::Graph { file, format, plan, overrides } => graph::graph(&file, format, plan, &overrides.set),
         Command::Stages { kind } => stages::stages(kind.as_deref()),
         Command::Schema => print(&config::schema()),
         Command::Adapters => adapters::adapters(),

@@ -79,9 +79,9 @@ pub fn meaning(loaded: &Loaded) -> Meaning {
     let transport = rule(plan).map(|rule| rule.transport());
     let mut elements = sizes(system);
     elements.particles = *particles;
-    let stages: Vec<_> = plan.stages.iter().map(|s| (s.entry, (s.entry.every)(&s.values) == 1)).collect();
-    let kernels = graph::kernels(&stages).unwrap_or_default();
-    let mut memory: Vec<_> = memory(&kernels, &elements).into_iter().map(|(b, bytes)| (b.name, bytes)).collect();
+    let bound = graph::fused::bound(plan).unwrap_or_default();
+    let buffers = memory(bound.iter().map(String::as_str), &elements);
+    let mut memory: Vec<_> = buffers.into_iter().map(|(b, bytes)| (b.name, bytes)).collect();
     memory.extend(snapshots(plan, *particles));
     let flow_speed = match (&system.domain.walls, transport) {
         (Some(walls), Some(t)) if walls.condition == "no-slip" => {

@@ -5,8 +5,8 @@ use super::kernel::{Buffers, storage};
 use super::loose::Loose;
 use super::{Gpu, GpuError};
 use crate::buffers::{Buffer, CATALOGUE, Life, Sizes, SquirmerState};
-use crate::graph::Plan;
 use crate::graph::fused::Occasion;
+use crate::graph::{self, Plan};
 use crate::state::{State, System, packed};
 use std::collections::{HashMap, HashSet};
 
@@ -42,10 +42,6 @@ pub struct StepTime {
     /// Kinds of stages, or of those that share a kernel, in the order in which they first run, with their nanoseconds.
     pub stages: Vec<(String, f64)>,
 }
-
-/// Buffers that snapshots read.
-const SHOWN: [&str; 9] =
-    ["positions", "velocities", "squirmers", "species", "moments", "faults", "fluid_force", "steric", "wall_impulses"];
 
 struct Timing {
     queries: wgpu::QuerySet,
@@ -85,7 +81,7 @@ impl Session {
         let mut used: HashSet<String> =
             all.flat_map(|m| m.entry_points().flat_map(|e| m.bindings(e)).map(|b| b.name.clone())).collect();
         // A snapshot needs these whatever the stages use.
-        used.extend(SHOWN.map(str::to_owned));
+        used.extend(graph::SHOWN.map(str::to_owned));
         let buffers = create_buffers(gpu, &sizes, room, CATALOGUE.iter().filter(|b| used.contains(b.name)))?;
         let steps = match ordered {
             Some(ordered) => Steps::Fused(Fused::new(gpu, plan, ordered, &buffers, &sizes)?),

@@ -1,6 +1,9 @@
 //! Drawings of a plan: stages, their kernels, and the buffers that flow between them.
 
-use super::kernels::Kernel;
+use super::fused::{Item, Member};
+use super::kernels::{Kernel, Use};
+use crate::buffers::{Extent, Life, Sizes, find};
+use crate::stages::Entry;
 use std::fmt::Write;
 
 /// Settings that every kernel may bind, and the flags that every kernel may raise; drawings leave them out.
@@ -63,6 +66,46 @@ pub fn terminal(kernels: &[Kernel]) -> String {
         let _ = writeln!(text, "{}", row.trim_end());
     }
     text
+}
+
+/// The kernels of a step that applies the collision of the one before, as a table: which stages share one, and the bytes that each
+/// moves per fluid particle if every buffer is read and written once.
+#[must_use]
+pub fn fused(items: &[Item], stages: &[(&'static Entry, u32, bool)], sizes: &Sizes) -> String {
+    let name = |item: &Item| {
+        let points = |m: &Member| format!("{} {}", stages[m.stage].0.kind, m.phase.entry);
+        item.members().iter().map(points).collect::<Vec<_>>().join(" + ")
+    };
+    let width = items.iter().map(|i| name(i).len()).max().unwrap_or(0);
+    let mut text = format!("{:<width$}  {:>15}  reads and writes\n", "kernel", "bytes/particle");
+    let mut sum = 0.0;
+    for item in items {
+        let uses = item.uses();
+        let bytes: f64 = uses.iter().map(|u| moved(u, item.members()[0].phase.over, sizes)).sum();
+        sum += bytes;
+        let how = |u: &Use| match (u.read, u.write) {
+            (true, true) => format!("+{}", u.buffer),
+            (false, true) => format!("w {}", u.buffer),
+            _ => format!("r {}", u.buffer),
+        };
+        let seen =
+            uses.iter().filter(|u| !BACKGROUND.contains(&u.buffer.as_str()) && !u.buffer.starts_with("settings"));
+        let list = seen.map(how).collect::<Vec<_>>().join(", ");
+        let _ = writeln!(text, "{:<width$}  {bytes:>15.2}  {list}", name(item));
+    }
+    let _ = writeln!(text, "{:<width$}  {sum:>15.2}  r reads, w writes, + both", "a step");
+    text
+}
+
+/// Bytes per particle that a kernel moves of one buffer: all of it, or as much as it has invocations for.
+#[allow(clippy::cast_precision_loss)]
+fn moved(used: &Use, over: Extent, sizes: &Sizes) -> f64 {
+    let Some(buffer) = find(&used.buffer).filter(|b| !matches!(b.life, Life::Setting)) else { return 0.0 };
+    let (whole, invocations) = (sizes.count(buffer.extent), sizes.count(over));
+    let few = matches!(over, Extent::WallCells | Extent::SquirmerGhosts | Extent::SquirmerBoxes);
+    let elements = if few { whole.min(invocations) } else { whole };
+    let ways = u64::from(used.read) + u64::from(used.write);
+    (elements * ways * buffer.words as u64 * 4) as f64 / sizes.particles.max(1) as f64
 }
 
 /// A stage of a drawing.
@@ -150,7 +193,6 @@ pub fn mermaid(kernels: &[Kernel]) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::super::kernels::Use;
     use super::*;
 
     fn kernels() -> Vec<Kernel> {
@@ -190,5 +232,32 @@ sum    take (after apply)  r ·
         let text = mermaid(&kernels());
         assert!(text.contains("s0 ==> s1") && text.contains("b0 --> s1") && text.contains("s0 <--> b0"), "{text}");
         assert!(!text.contains("s1 --> b0"), "{text}");
+    }
+
+    #[test]
+    fn bytes_are_those_of_the_elements_that_a_kernel_has() {
+        let sizes = Sizes { particles: 1000, cells: 100, wall_cells: 20, ..Sizes::default() };
+        let used = |name: &str, read, write| Use { buffer: name.into(), read, write };
+        let bytes = |name, read, write, over| moved(&used(name, read, write), over, &sizes);
+        assert_eq!(bytes("positions", true, true, Extent::Particles), 24.0);
+        assert_eq!(bytes("operators", true, false, Extent::Particles), 6.4);
+        // Only the cells at the walls.
+        assert_eq!(bytes("moments", true, true, Extent::WallCells), 2.0 * 20.0 * 96.0 / 1000.0);
+        assert_eq!(bytes("cell_counts", true, false, Extent::Scans), 0.4);
+        assert_eq!(bytes("system", true, false, Extent::Cells), 0.0);
+    }
+
+    #[test]
+    fn the_fused_table_names_what_shares_a_kernel() {
+        let kinds = ["stream", "shift-grid", "cell-reduce", "rotate", "apply"];
+        let stages: Vec<_> = kinds.map(|k| (crate::stages::find(k).expect("a stage"), 1, true)).to_vec();
+        let items = super::super::fused::items(&stages, super::super::fused::Occasion::Next).expect("valid");
+        let sizes = Sizes { particles: 1000, cells: 100, ..Sizes::default() };
+        let text = fused(&items, &stages, &sizes);
+        assert!(text.contains("apply apply + stream stream + cell-reduce tally "), "{text}");
+        let line = text.lines().find(|l| l.starts_with("cell-reduce gather + rotate rotate")).expect("they share one");
+        // Particles 24, order 4, starts 0.4, a block sum, the operator 6.4, and the shift; no moments, which stay in registers.
+        assert!(line.contains(" 34.8") && !line.contains("moments"), "{line}");
+        assert!(text.lines().last().is_some_and(|l| l.starts_with("a step")), "{text}");
     }
 }

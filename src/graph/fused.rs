@@ -3,6 +3,7 @@
 //! The collision of a step is applied together with the streaming of the next, so that a particle is read and written once per step.
 //! Kernels in between run before or after the joint one as far as the buffers allow that they truly bind.
 
+use super::Plan;
 use super::kernels::{APPLY, Use, uses};
 use crate::buffers::Extent;
 use crate::shader::{Module, Over, Part, ShaderError, fuse};
@@ -24,7 +25,13 @@ pub struct Member {
     /// Which repetition of the stage it belongs to.
     pub repetition: u32,
     /// What it binds, under the names that it has here.
-    uses: Vec<Use>,
+    pub uses: Vec<Use>,
+}
+
+impl Member {
+    fn makes_sums(&self) -> bool {
+        self.uses.iter().any(|u| u.buffer == "moments" && u.write)
+    }
 }
 
 /// What the fused plan dispatches.
@@ -37,6 +44,24 @@ pub enum Item {
 }
 
 impl Item {
+    /// What it reads and writes. Members that share a kernel hand particles, sums and operators on in registers.
+    #[must_use]
+    pub fn uses(&self) -> Vec<Use> {
+        let mut uses: Vec<Use> = Vec::new();
+        let members = self.members();
+        for used in members.iter().flat_map(|m| &m.uses) {
+            match uses.iter_mut().find(|u| u.buffer == used.buffer) {
+                // Read only if the first to use it reads it.
+                Some(known) => known.write |= used.write,
+                None => uses.push(used.clone()),
+            }
+        }
+        if members.len() > 1 && members[0].makes_sums() {
+            uses.retain(|u| u.buffer != "moments");
+        }
+        uses
+    }
+
     /// The kernels in it.
     #[must_use]
     pub fn members(&self) -> &[Member] {
@@ -45,6 +70,30 @@ impl Item {
             Item::Joint(members) => members,
         }
     }
+}
+
+/// Stages of a plan as [`items`] wants them; all of them run, or only those that run in every step.
+#[must_use]
+pub fn stages(plan: &Plan, all: bool) -> Vec<(&'static Entry, u32, bool)> {
+    let stage =
+        |s: &super::PlannedStage| (s.entry, (s.entry.repetitions)(&s.values), all || (s.entry.every)(&s.values) == 1);
+    plan.stages.iter().map(stage).collect()
+}
+
+/// Buffers that a run of the plan binds, some of them more than once.
+///
+/// # Errors
+/// If the WGSL of a stage is not valid.
+pub fn bound(plan: &Plan) -> Result<Vec<String>, ShaderError> {
+    let mut names = Vec::new();
+    for all in [true, false] {
+        for occasion in [Occasion::First, Occasion::Next, Occasion::Last] {
+            for item in items(&stages(plan, all), occasion)? {
+                names.extend(item.members().iter().flat_map(|m| &m.uses).map(|u| u.buffer.clone()));
+            }
+        }
+    }
+    Ok(names)
 }
 
 /// Which part of a run an order is for.
@@ -166,7 +215,7 @@ fn arranged(list: Vec<Member>, stages: &[(&'static Entry, u32, bool)]) -> Vec<It
         }
         items.extend(hoisted.into_iter().map(Item::Alone));
         // The sums stay in registers only if nobody else asks for them.
-        let made = group.len() > 1 && group[0].uses.iter().any(|u| u.buffer == "moments" && u.write);
+        let made = group.len() > 1 && group[0].makes_sums();
         if made && deferred.iter().any(|d| d.uses.iter().any(|u| u.buffer == "moments")) {
             deferred.splice(0..0, group.drain(1..));
         }
@@ -197,7 +246,7 @@ pub fn joint(members: &[Member], stages: &[(&'static Entry, u32, bool)]) -> Resu
     let over = if members[0].phase.over == Extent::Particles {
         Over::Particles
     } else {
-        let sums = members[0].uses.iter().any(|u| u.buffer == "moments" && u.write);
+        let sums = members[0].makes_sums();
         let first = &members[usize::from(sums)];
         Over::Cells { sums, operators: first.uses.iter().any(|u| u.buffer == "operators" && u.read) }
     };

@@ -9,4 +9,4 @@ pub mod sizes;
 
 pub use kernels::{Kernel, Use, constants, kernels};
 pub use plan::{Output, Plan, PlannedStage};
-pub use sizes::{memory, sizes};
+pub use sizes::{SHOWN, memory, sizes};

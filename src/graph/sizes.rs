@@ -1,10 +1,10 @@
 //! How large every buffer of a run is.
 
-use super::kernels::Kernel;
 use crate::buffers::{Buffer, CATALOGUE, Sizes};
 use crate::math::steric::{SAFETY, SIGMA};
 use crate::state::System;
 use crate::state::packed;
+use std::collections::HashSet;
 
 /// Elements of every extent of a step's buffers; `particles` is that of a random start, and snapshots have none.
 #[must_use]
@@ -19,16 +19,20 @@ pub fn contact_range(longest: f64) -> f64 {
     2.0 * (longest + SAFETY) + 0.123 * SIGMA
 }
 
-/// Buffers that the kernels bind and the bytes of each, in the order of the catalogue.
+/// Buffers that snapshots read, whatever the stages use.
+pub const SHOWN: [&str; 9] =
+    ["positions", "velocities", "squirmers", "species", "moments", "faults", "fluid_force", "steric", "wall_impulses"];
+
+/// The buffers of a run whose kernels bind these, and the bytes of each, in the order of the catalogue.
 #[must_use]
-pub fn memory(kernels: &[Kernel], sizes: &Sizes) -> Vec<(&'static Buffer, u64)> {
-    let bound = |b: &&Buffer| kernels.iter().any(|k| k.uses.iter().any(|u| u.buffer == b.name));
-    CATALOGUE.iter().filter(bound).map(|b| (b, sizes.bytes(b))).collect()
+pub fn memory<'a>(bound: impl Iterator<Item = &'a str>, sizes: &Sizes) -> Vec<(&'static Buffer, u64)> {
+    let names: HashSet<&str> = bound.chain(SHOWN).collect();
+    let here = |b: &&Buffer| names.contains(b.name) && b.name != "settings";
+    CATALOGUE.iter().filter(here).map(|b| (b, sizes.bytes(b))).collect()
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::kernels::Use;
     use super::*;
     use crate::params::{Params, Value, Values};
     use crate::state::{Domain, Fluid, Init, Run, SemiAxes, Species, Walls};
@@ -79,14 +83,13 @@ mod tests {
     }
 
     #[test]
-    fn memory_counts_each_bound_buffer_once() {
-        let used = |name: &str| Use { buffer: name.into(), read: true, write: true };
-        let kernel =
-            |uses: Vec<Use>| Kernel { stage: 0, kind: "k", entry: "e", receive: false, every_step: true, uses };
-        let kernels = [kernel(vec![used("positions"), used("moments")]), kernel(vec![used("positions")])];
-        let list = memory(&kernels, &sizes(&system(false, &[])));
+    fn memory_counts_each_buffer_once() {
+        let list = memory(["positions", "ranks", "positions", "settings"].into_iter(), &sizes(&system(false, &[])));
         let bytes: Vec<(&str, u64)> = list.iter().map(|(b, n)| (b.name, *n)).collect();
         let words = crate::buffers::find("moments").unwrap().words as u64;
-        assert_eq!(bytes, [("positions", 60_000 * 12), ("moments", 6000 * 4 * words)]);
+        for wanted in [("positions", 60_000 * 12), ("ranks", 60_000 * 8), ("moments", 6000 * 4 * words)] {
+            assert_eq!(bytes.iter().filter(|b| **b == wanted).count(), 1, "{bytes:?}");
+        }
+        assert!(!bytes.iter().any(|(name, _)| *name == "order" || *name == "settings"));
     }
 }
