@@ -5,7 +5,7 @@ use plotters::coord::Shift;
 use plotters::coord::ranged1d::{Ranged, ValueFormatter};
 use plotters::prelude::{
     BLACK, Cartesian2d, ChartBuilder, ChartContext, Circle, Color, DashedLineSeries, DrawingArea, IntoDrawingArea,
-    IntoFont, IntoLogRange, PathElement, RGBColor, SVGBackend, SeriesLabelPosition, WHITE,
+    IntoFont, IntoLogRange, PathElement, RGBColor, SVGBackend, ShapeStyle, Text, WHITE,
 };
 
 /// Colours that remain apart for the colour-blind (Okabe and Ito 2008), without the light ones.
@@ -55,6 +55,12 @@ pub struct Chart {
     pub curves: Vec<Curve>,
 }
 
+/// Pixels of the axes with their labels.
+const SIZE: (u32, u32) = (900, 560);
+
+/// Pixels of a line of the legend.
+const LINE: u32 = 20;
+
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
 impl Chart {
@@ -65,11 +71,49 @@ impl Chart {
     pub fn svg(&self) -> Result<String, AnalyzeError> {
         let mut svg = String::new();
         {
-            let area = SVGBackend::with_string(&mut svg, (900, 560)).into_drawing_area();
+            let (_, lines) = self.legend();
+            let size = (SIZE.0, SIZE.1 + (lines + 1) * LINE);
+            let area = SVGBackend::with_string(&mut svg, size).into_drawing_area();
             self.draw(&area)
                 .map_err(|reason| AnalyzeError::TooLittle(format!("cannot draw `{}`: {reason}", self.title)))?;
         }
         Ok(svg)
+    }
+
+    /// What the legend says of a curve.
+    fn entry(curve: &Curve) -> String {
+        if curve.guide.len() > 1 {
+            format!("{} (dashed: {})", curve.name, curve.guide_name)
+        } else {
+            curve.name.clone()
+        }
+    }
+
+    /// Columns and lines of the legend: two columns where names are short.
+    fn legend(&self) -> (u32, u32) {
+        let columns = if self.curves.iter().all(|c| Self::entry(c).chars().count() < 54) { 2 } else { 1 };
+        let count = u32::try_from(self.curves.len()).unwrap_or(u32::MAX);
+        (columns, count.div_ceil(columns))
+    }
+
+    /// The legend below the axes, where it hides nothing.
+    fn explain(&self, area: &Area<'_>) -> Result<(), String> {
+        let (columns, lines) = self.legend();
+        let width = SIZE.0 / columns;
+        let at = |pixel: u32| i32::try_from(pixel).unwrap_or(i32::MAX);
+        for (i, curve) in (0u32..).zip(&self.curves) {
+            let (x, y) = (at(40 + i / lines * width), at(10 + i % lines * LINE));
+            let (color, mark) = style(i as usize);
+            let draw = |e: Result<(), _>| e.map_err(|e: plotters::drawing::DrawingAreaErrorKind<_>| e.to_string());
+            draw(area.draw(&Circle::new((x, y), 3, mark)))?;
+            if curve.guide.len() > 1 {
+                for dash in [12, 24] {
+                    draw(area.draw(&PathElement::new([(x + dash, y), (x + dash + 8, y)], color.stroke_width(2))))?;
+                }
+            }
+            draw(area.draw(&Text::new(Self::entry(curve), (x + 44, y - 7), ("sans-serif", 14).into_font())))?;
+        }
+        Ok(())
     }
 
     /// Whether a point has a place on the axes.
@@ -96,13 +140,10 @@ impl Chart {
         let guides = || self.curves.iter().flat_map(|c| &c.guide);
         let x = self.range(points().map(|p| p.0).chain(guides().map(|g| g.0)));
         let bars = points().flat_map(|(_, y, e)| [*y, y - e, y + e]);
-        let mut y = self.range(bars.chain(guides().map(|g| g.1)));
-        if self.scale == Scale::Linear {
-            // Room for the legend: 18 of some 450 pixels a line. Logarithmic charts rise from the corner opposite to it.
-            let lines = self.curves.iter().map(|c| 1.0 + f64::from(u8::from(c.guide.len() > 1))).sum::<f64>();
-            y.end += (y.end - y.start) * (0.02 + 0.045 * lines).min(0.6);
-        }
-        let mut builder = ChartBuilder::on(area);
+        let y = self.range(bars.chain(guides().map(|g| g.1)));
+        let (axes, legend) = area.split_vertically(SIZE.1);
+        self.explain(&legend)?;
+        let mut builder = ChartBuilder::on(&axes);
         builder.margin(16).x_label_area_size(48).y_label_area_size(84);
         builder.caption(&self.title, ("sans-serif", 22).into_font());
         match self.scale {
@@ -131,27 +172,27 @@ impl Chart {
         mesh.axis_desc_style(("sans-serif", 16)).label_style(("sans-serif", 13)).light_line_style(BLACK.mix(0.04));
         mesh.x_labels(8).y_labels(8).draw().map_err(|e| e.to_string())?;
         for (i, curve) in self.curves.iter().enumerate() {
-            let color = PALETTE[i % PALETTE.len()];
+            let (color, mark) = style(i);
             let shown = || curve.points.iter().filter(|(x, y, _)| self.shows(*x, *y));
             let bars = shown().filter(|(x, y, e)| self.shows(*x, y - e) && *e > 0.0);
             let bar = |(x, y, e): &(f64, f64, f64)| PathElement::new([(*x, y - e), (*x, y + e)], color.stroke_width(1));
             chart.draw_series(bars.map(bar)).map_err(|e| e.to_string())?;
-            let dots = shown().map(|(x, y, _)| Circle::new((*x, *y), 3, color.filled()));
-            let series = chart.draw_series(dots).map_err(|e| e.to_string())?;
-            series.label(&curve.name).legend(move |(x, y)| Circle::new((x + 10, y), 3, color.filled()));
+            let dots = shown().map(|(x, y, _)| Circle::new((*x, *y), 3, mark));
+            chart.draw_series(dots).map_err(|e| e.to_string())?;
             let guide: Vec<(f64, f64)> = curve.guide.iter().copied().filter(|(x, y)| self.shows(*x, *y)).collect();
-            if guide.len() < 2 {
-                continue;
+            if guide.len() > 1 {
+                let dashes = DashedLineSeries::new(guide, 8, 5, color.stroke_width(2));
+                chart.draw_series(dashes).map_err(|e| e.to_string())?;
             }
-            let dashes = DashedLineSeries::new(guide, 8, 5, color.stroke_width(2));
-            let series = chart.draw_series(dashes).map_err(|e| e.to_string())?;
-            let name = format!("{}, {}", curve.name.split(':').next().unwrap_or(""), curve.guide_name);
-            series.label(name).legend(move |(x, y)| PathElement::new([(x, y), (x + 7, y)], color.stroke_width(2)));
         }
-        let mut labels = chart.configure_series_labels();
-        labels.position(SeriesLabelPosition::UpperLeft).background_style(WHITE.mix(0.85)).border_style(BLACK.mix(0.3));
-        labels.label_font(("sans-serif", 14)).margin(8).draw().map_err(|e| e.to_string())
+        Ok(())
     }
+}
+
+/// Colour of a curve, and how its points are drawn: full circles, then open ones in the same colours.
+fn style(curve: usize) -> (RGBColor, ShapeStyle) {
+    let color = PALETTE[curve % PALETTE.len()];
+    (color, if (curve / PALETTE.len()).is_multiple_of(2) { color.filled() } else { color.stroke_width(1) })
 }
 
 /// The interval with a tenth of its length added on both sides.
