@@ -22,16 +22,33 @@ fn cross3(a: vec3<f32>, b: vec3<f32>) -> vec3<f32> {
     );
 }
 
+fn excess_of(u: vec3<f32>) -> f32 {
+    return 0.5 * fma(u.z, u.z, fma(u.y, u.y, fma(u.x, u.x, -1.0)));
+}
+
 // A vector almost as long as 1 made a unit vector: its largest component takes up what is missing, twice. To scale all of them by
 // 1 + e would round to one side, since numbers are twice as dense below 1 as above, and cool the fluid; compilers make that of u + e u, too.
+// What the largest component is too coarse for, such as the lean of fast sines, the smallest takes up.
 fn unit_vector(a: vec3<f32>) -> vec3<f32> {
     var u = a;
     for (var i = 0; i < 2; i++) {
-        let excess = 0.5 * fma(u.z, u.z, fma(u.y, u.y, fma(u.x, u.x, -1.0)));
+        let excess = excess_of(u);
         let size = abs(u);
         if size.x >= size.y && size.x >= size.z {
             u.x -= excess / u.x;
         } else if size.y >= size.z {
+            u.y -= excess / u.y;
+        } else {
+            u.z -= excess / u.z;
+        }
+    }
+    let excess = excess_of(u);
+    let size = abs(u);
+    // Below this a correction would turn the vector by more than its sines are wrong.
+    if min(size.x, min(size.y, size.z)) > 0.03 {
+        if size.x <= size.y && size.x <= size.z {
+            u.x -= excess / u.x;
+        } else if size.y <= size.z {
             u.y -= excess / u.y;
         } else {
             u.z -= excess / u.z;

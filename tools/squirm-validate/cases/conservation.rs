@@ -17,11 +17,11 @@ pub const CASE: Case = Case {
             each collision (some 6e-7 per cell and step) would be 3e-7 per particle after 100,000 steps of 24 x 24 x 24 cells. \
             The drift of the energy is the mean of 16 stretches of the run, which are independent. With a thermostat the \
             temperature is the mean over the run.",
-    remarks: "The energy falls by 1.1e-9 to 1.2e-9 per step on NVIDIA GPUs, a fiftieth of a rounding: rotation axes are \
-              shorter by 4e-10 there in the mean (tests/stages/energy_bias.rs finds a stretch of the rotations of \
-              -1.34(11)e-9, and applying them adds nothing), by 1e-10 on lavapipe. It was 7e-9 before the axes were \
-              normalised by their largest component. What leans in the arithmetic of these adapters is not found; an \
-              emulation of the same operations in f32 does not lean.",
+    remarks: "The energy of this record falls by 1.1e-9 to 1.2e-9 per step on NVIDIA GPUs, a fiftieth of a rounding: \
+              rotation axes are shorter by 4e-10 there in the mean. Their fast sines lean; the largest component, which \
+              takes up what is missing to the length 1, is too coarse for that where it is near 1 (there the axes are \
+              short by 3.0(7)e-9, elsewhere not). Since this was measured the smallest component takes up the rest, \
+              which in an emulation leaves a seventh; not measured on a GPU again yet.",
     sheets: &[],
     parts,
     controls: &[
