@@ -60,6 +60,10 @@ pub enum Extent {
     Blocks,
     /// 64 for each block, as many as make one workgroup each: a prefix sum over the cells of the block.
     Scans,
+    /// Places in the lists of all cells.
+    Lists,
+    /// Words for particles beyond those lists.
+    Spills,
     /// Blocks over which a snapshot averages its fields.
     Coarse,
     /// Fluid particles that a snapshot takes.
@@ -89,12 +93,23 @@ pub enum Fault {
     Stuck = 64,
     /// A velocity is not a number.
     Nan = 128,
+    /// Too many particles share cells whose lists are full.
+    Spill = 256,
 }
 
 impl Fault {
     /// Every fault.
-    pub const ALL: &'static [Self] =
-        &[Self::Speed, Self::Count, Self::Energy, Self::Steric, Self::Impulse, Self::Crowded, Self::Stuck, Self::Nan];
+    pub const ALL: &'static [Self] = &[
+        Self::Speed,
+        Self::Count,
+        Self::Energy,
+        Self::Steric,
+        Self::Impulse,
+        Self::Crowded,
+        Self::Stuck,
+        Self::Nan,
+        Self::Spill,
+    ];
 }
 
 /// One buffer of the catalogue.
@@ -187,10 +202,10 @@ shared! {
         inverse_second: f32,
         /// 1 / scale_mixed.
         inverse_mixed: f32,
-        /// Not used.
-        pad0: u32,
-        /// Not used.
-        pad1: u32,
+        /// Particles that a cell's list has room for.
+        list_room: u32,
+        /// Particles beyond those lists that there is room for.
+        spill_room: u32,
     }
 }
 
@@ -288,7 +303,7 @@ const fn buffer(name: &'static str, life: Life, extent: Extent, words: usize, do
     Buffer { name, doc, life, extent, words }
 }
 
-use Extent::{Bins, Blocks, Cells, Coarse, One, Particles, Samples, Species, Squirmers, WallPatches};
+use Extent::{Bins, Blocks, Cells, Coarse, Lists, One, Particles, Samples, Species, Spills, Squirmers, WallPatches};
 impl Now {
     /// What a kernel is told of a step and of the repetition of its stage.
     #[must_use]
@@ -384,11 +399,17 @@ pub const CATALOGUE: &[Buffer] = &[
     buffer("squirmer_map", Scratch, Cells, 8, "squirmers near each cell: a count and up to seven indices"),
     buffer("bin_heads", Scratch, Bins, 1, "first squirmer of each bin, index + 1"),
     buffer("bin_next", Scratch, Squirmers, 1, "next squirmer of the same bin, index + 1"),
-    buffer("cell_counts", Scratch, Cells, 1, "particles per cell, then the place of the next"),
-    buffer("block_sums", Scratch, Blocks, 1, "particles per block of cells"),
-    buffer("ranks", Scratch, Particles, 2, "each particle's cell and its number in it"),
-    buffer("cell_starts", Scratch, Cells, 1, "place of a cell's first particle, from that of its block"),
-    buffer("order", Scratch, Particles, 1, "particles in the order of their cells"),
+    buffer("cell_counts", Scratch, Cells, 1, "particles per cell, zero after the sums over them"),
+    buffer("cell_lists", Scratch, Lists, 1, "particles of each cell, as many as its list has room for"),
+    buffer(
+        "spills",
+        Scratch,
+        Spills,
+        1,
+        "particles beyond the lists of their cells: their number, then each cell's last entry, then entries of a particle and the entry before",
+    ),
+    buffer("places", Scratch, Cells, 1, "sorting: particles per cell, then the place of the next"),
+    buffer("block_sums", Scratch, Blocks, 1, "sorting: particles per block of cells, then the place of its first"),
     buffer("positions_sorted", Scratch, Particles, 3, "positions in their new order"),
     buffer("velocities_sorted", Scratch, Particles, 3, "velocities in their new order"),
     buffer("totals", Scratch, One, 14, "snapshot: seven wide sums over the fluid"),
@@ -423,6 +444,10 @@ pub struct Sizes {
     pub box_edge: u64,
     /// Bins of the pair search.
     pub bins: u64,
+    /// Particles that a cell's list has room for.
+    pub list_room: u64,
+    /// Particles beyond those lists that there is room for.
+    pub spill_room: u64,
     /// Blocks of a snapshot's fields.
     pub coarse: u64,
     /// Fluid particles that a snapshot takes.
@@ -446,6 +471,8 @@ impl Sizes {
             Extent::Bins => self.bins,
             Extent::Blocks => self.cells.div_ceil(1024),
             Extent::Scans => self.cells.div_ceil(1024) * 64,
+            Extent::Lists => self.cells * self.list_room,
+            Extent::Spills => 1 + self.cells + 2 * self.spill_room,
             Extent::Coarse => self.coarse,
             Extent::Samples => self.samples,
         }

@@ -1,5 +1,6 @@
 // Positions as u32 fractions of a turn, and the cells they lie in: exact, with wrap-around and minimum image for free.
 // The including file binds `system`.
+//!include nearest
 struct Place {
     cell: u32,
     // From the cell's centre, in cells: -0.5 <= offset < 0.5.
@@ -36,7 +37,7 @@ fn locate(position: vec3<u32>, shift: vec3<u32>) -> Place {
 
 // A displacement in cells as coordinate units, rounded to the nearest.
 fn to_units(displacement: vec3<f32>) -> vec3<u32> {
-    return bitcast<vec3<u32>>(vec3<i32>(round(displacement * system.units)));
+    return nearest3(displacement * system.units);
 }
 
 // The shortest vector from b to a, in cells.

@@ -7,14 +7,7 @@ fn deposit3(word: u32, a: vec3<i32>) {
     atomicAdd(&moments[word + 2u], bitcast<u32>(a.z));
 }
 
-// x from the cell's centre.
-fn deposit(one: u32, cell: u32, x: vec3<f32>, v: vec3<f32>) {
-    let fault = fault_of(square_of(v));
-    if fault != 0u {
-        atomicOr(&faults[0], fault);
-        return;
-    }
-    let s = contribution(one, x, v);
+fn deposit_sums(cell: u32, s: Sums) {
     let word = cell * MOMENT_WORDS;
     atomicAdd(&moments[word], s.count);
     deposit3(word + 1u, s.v);
@@ -29,4 +22,14 @@ fn deposit(one: u32, cell: u32, x: vec3<f32>, v: vec3<f32>) {
     deposit3(word + 15u, s.xv0);
     deposit3(word + 18u, s.xv1);
     deposit3(word + 21u, s.xv2);
+}
+
+// x from the cell's centre.
+fn deposit(one: u32, cell: u32, x: vec3<f32>, v: vec3<f32>) {
+    let fault = fault_of(square_of(v));
+    if fault != 0u {
+        atomicOr(&faults[0], fault);
+        return;
+    }
+    deposit_sums(cell, contribution(one, x, v));
 }

@@ -26,22 +26,26 @@ fn excess_of(u: vec3<f32>) -> f32 {
     return 0.5 * fma(u.z, u.z, fma(u.y, u.y, fma(u.x, u.x, -1.0)));
 }
 
+// The largest component takes up what is missing to the length 1.
+fn largest_corrected(a: vec3<f32>) -> vec3<f32> {
+    var u = a;
+    let excess = excess_of(u);
+    let size = abs(u);
+    if size.x >= size.y && size.x >= size.z {
+        u.x -= excess / u.x;
+    } else if size.y >= size.z {
+        u.y -= excess / u.y;
+    } else {
+        u.z -= excess / u.z;
+    }
+    return u;
+}
+
 // A vector almost as long as 1 made a unit vector: its largest component takes up what is missing, twice. To scale all of them by
 // 1 + e would round to one side, since numbers are twice as dense below 1 as above, and cool the fluid; compilers make that of u + e u, too.
 // What the largest component is too coarse for, such as the lean of fast sines, the smallest takes up.
 fn unit_vector(a: vec3<f32>) -> vec3<f32> {
-    var u = a;
-    for (var i = 0; i < 2; i++) {
-        let excess = excess_of(u);
-        let size = abs(u);
-        if size.x >= size.y && size.x >= size.z {
-            u.x -= excess / u.x;
-        } else if size.y >= size.z {
-            u.y -= excess / u.y;
-        } else {
-            u.z -= excess / u.z;
-        }
-    }
+    var u = largest_corrected(largest_corrected(a));
     let excess = excess_of(u);
     let size = abs(u);
     // Below this a correction would turn the vector by more than its sines are wrong.

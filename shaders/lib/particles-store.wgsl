@@ -2,8 +2,10 @@
 //!include particles
 
 fn store_particle(i: u32, p: Particle) {
-    for (var k = 0u; k < 3u; k++) {
-        positions[3u * i + k] = p.position[k];
-        velocities[3u * i + k] = p.velocity[k];
-    }
+    positions[3u * i] = p.position.x;
+    positions[3u * i + 1u] = p.position.y;
+    positions[3u * i + 2u] = p.position.z;
+    velocities[3u * i] = p.velocity.x;
+    velocities[3u * i + 1u] = p.velocity.y;
+    velocities[3u * i + 2u] = p.velocity.z;
 }

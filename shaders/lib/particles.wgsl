@@ -1,8 +1,5 @@
 // Reads particles. The including file binds `positions` and `velocities`.
-struct Particle {
-    position: vec3<u32>,
-    velocity: vec3<f32>,
-}
+//!include particle
 
 fn position_at(i: u32) -> vec3<u32> {
     return vec3<u32>(positions[3u * i], positions[3u * i + 1u], positions[3u * i + 2u]);

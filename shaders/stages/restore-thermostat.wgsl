@@ -55,6 +55,16 @@ fn restore(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) gro
     }
 }
 
+// a - x b.
+fn less_product(a: vec3<f32>, x: f32, b: vec3<f32>) -> vec3<f32> {
+    return vec3<f32>(fma(-x, b.x, a.x), fma(-x, b.y, a.y), fma(-x, b.z, a.z));
+}
+
+fn turned_row(turned: Operator, m: vec3<f32>) -> vec3<f32> {
+    var o = turned;
+    return vec3<f32>(dot3(o.a[0], m), dot3(o.a[1], m), dot3(o.a[2], m));
+}
+
 fn centre(s: Moments) -> Centred {
     var m = s;
     var k: Centred;
@@ -62,9 +72,9 @@ fn centre(s: Moments) -> Centred {
     k.vc = vec3<f32>(divide(m.v.x, m.count), divide(m.v.y, m.count), divide(m.v.z, m.count));
     k.xc = vec3<f32>(divide(m.x.x, m.count), divide(m.x.y, m.count), divide(m.x.z, m.count));
     k.energy = max(0.0, m.energy - dot3(m.v, k.vc));
-    for (var i = 0u; i < 3u; i++) {
-        k.m[i] = vec3<f32>(fma(-m.x[i], k.vc.x, m.xv[i].x), fma(-m.x[i], k.vc.y, m.xv[i].y), fma(-m.x[i], k.vc.z, m.xv[i].z));
-    }
+    k.m[0] = less_product(m.xv[0], m.x.x, k.vc);
+    k.m[1] = less_product(m.xv[1], m.x.y, k.vc);
+    k.m[2] = less_product(m.xv[2], m.x.z, k.vc);
     k.c.diagonal = vec3<f32>(fma(-m.x.x, k.xc.x, m.diagonal.x), fma(-m.x.y, k.xc.y, m.diagonal.y), fma(-m.x.z, k.xc.z, m.diagonal.z));
     k.c.mixed = vec3<f32>(fma(-m.x.x, k.xc.y, m.mixed.x), fma(-m.x.x, k.xc.z, m.mixed.y), fma(-m.x.y, k.xc.z, m.mixed.z));
     return k;
@@ -81,9 +91,9 @@ fn with_spin(cell: u32, centred_sums: Centred, rotation: Operator) -> Operator {
     }
     // p_jk = sum x_j (R w)_k.
     var p: array<vec3<f32>, 3>;
-    for (var j = 0u; j < 3u; j++) {
-        p[j] = vec3<f32>(dot3(turned.a[0], k.m[j]), dot3(turned.a[1], k.m[j]), dot3(turned.a[2], k.m[j]));
-    }
+    p[0] = turned_row(turned, k.m[0]);
+    p[1] = turned_row(turned, k.m[1]);
+    p[2] = turned_row(turned, k.m[2]);
     let l = vec3<f32>(k.m[1].z - k.m[2].y, k.m[2].x - k.m[0].z, k.m[0].y - k.m[1].x);
     let l_turned = vec3<f32>(p[1].z - p[2].y, p[2].x - p[0].z, p[0].y - p[1].x);
     if k.count == 2.0 {
@@ -143,9 +153,9 @@ fn pair(cell: u32, k: Centred, turned: Operator, l: vec3<f32>, l_turned: vec3<f3
 
 fn scaled(turned: Operator, f: f32, w: vec3<f32>) -> Operator {
     var o = turned;
-    for (var i = 0u; i < 3u; i++) {
-        o.a[i] = f * o.a[i];
-    }
+    o.a[0] = f * o.a[0];
+    o.a[1] = f * o.a[1];
+    o.a[2] = f * o.a[2];
     o.w = w;
     return o;
 }

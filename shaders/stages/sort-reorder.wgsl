@@ -7,18 +7,20 @@
 @group(0) @binding(1) var<storage, read_write> positions: array<u32>;
 @group(0) @binding(2) var<storage, read_write> velocities: array<f32>;
 @group(0) @binding(3) var<storage, read> shift: array<u32>;
-@group(0) @binding(4) var<storage, read_write> cell_counts: array<atomic<u32>>;
+@group(0) @binding(4) var<storage, read_write> places: array<atomic<u32>>;
 @group(0) @binding(5) var<storage, read_write> block_sums: array<u32>;
 @group(0) @binding(6) var<storage, read_write> positions_sorted: array<u32>;
 @group(0) @binding(7) var<storage, read_write> velocities_sorted: array<f32>;
 
+// Cells of one workgroup of the scan, four for each invocation.
 const BLOCK: u32 = 1024u;
+const SCAN: u32 = 256u;
 
 @compute @workgroup_size(WORKGROUP)
-fn clear_counts(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+fn clear_places(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
     let cell = invocation(group, groups, lane);
     if cell < system.cell_count {
-        atomicStore(&cell_counts[cell], 0u);
+        atomicStore(&places[cell], 0u);
     }
 }
 
@@ -26,34 +28,67 @@ fn clear_counts(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups
 fn count(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
     let i = invocation(group, groups, lane);
     if i < system.particle_count {
-        atomicAdd(&cell_counts[locate(position_at(i), vec3<u32>(shift[0], shift[1], shift[2])).cell], 1u);
+        atomicAdd(&places[locate(position_at(i), vec3<u32>(shift[0], shift[1], shift[2])).cell], 1u);
     }
+}
+
+var<workgroup> partial: array<u32, 256>;
+
+// The sum of `mine` over all earlier lanes of the workgroup; the last lane's `partial` is the sum of all.
+fn sum_before(lane: u32, mine: u32) -> u32 {
+    partial[lane] = mine;
+    workgroupBarrier();
+    for (var reach = 1u; reach < SCAN; reach *= 2u) {
+        var added = 0u;
+        if lane >= reach {
+            added = partial[lane - reach];
+        }
+        workgroupBarrier();
+        partial[lane] += added;
+        workgroupBarrier();
+    }
+    return partial[lane] - mine;
 }
 
 // Counts become first places within their block.
-@compute @workgroup_size(WORKGROUP)
-fn scan_blocks(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
-    let block = invocation(group, groups, lane);
-    if block * BLOCK >= system.cell_count {
-        return;
+@compute @workgroup_size(SCAN)
+fn scan_cells(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+    let block = group.y * groups.x + group.x;
+    let first = block * BLOCK + 4u * lane;
+    var counts = array<u32, 4>(0u, 0u, 0u, 0u);
+    for (var k = 0u; k < 4u; k++) {
+        if first + k < system.cell_count {
+            counts[k] = atomicLoad(&places[first + k]);
+        }
     }
-    var sum = 0u;
-    for (var cell = block * BLOCK; cell < min((block + 1u) * BLOCK, system.cell_count); cell++) {
-        let n = atomicLoad(&cell_counts[cell]);
-        atomicStore(&cell_counts[cell], sum);
-        sum += n;
+    var place = sum_before(lane, counts[0] + counts[1] + counts[2] + counts[3]);
+    for (var k = 0u; k < 4u; k++) {
+        if first + k < system.cell_count {
+            atomicStore(&places[first + k], place);
+        }
+        place += counts[k];
     }
-    block_sums[block] = sum;
+    if lane == SCAN - 1u && block * BLOCK < system.cell_count {
+        block_sums[block] = place;
+    }
 }
 
 // Block sums become first places of the blocks.
-@compute @workgroup_size(1)
-fn scan_sums() {
-    var sum = 0u;
-    for (var block = 0u; block * BLOCK < system.cell_count; block++) {
-        let n = block_sums[block];
-        block_sums[block] = sum;
-        sum += n;
+@compute @workgroup_size(SCAN)
+fn scan_blocks(@builtin(local_invocation_index) lane: u32) {
+    let blocks = (system.cell_count + BLOCK - 1u) / BLOCK;
+    var before = 0u;
+    for (var first = 0u; first < blocks; first += SCAN) {
+        var mine = 0u;
+        if first + lane < blocks {
+            mine = block_sums[first + lane];
+        }
+        let place = before + sum_before(lane, mine);
+        if first + lane < blocks {
+            block_sums[first + lane] = place;
+        }
+        before += partial[SCAN - 1u];
+        workgroupBarrier();
     }
 }
 
@@ -66,7 +101,7 @@ fn scatter(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) gro
     let position = position_at(i);
     let velocity = velocity_at(i);
     let cell = locate(position, vec3<u32>(shift[0], shift[1], shift[2])).cell;
-    let place = 3u * (block_sums[cell / BLOCK] + atomicAdd(&cell_counts[cell], 1u));
+    let place = 3u * (block_sums[cell / BLOCK] + atomicAdd(&places[cell], 1u));
     for (var k = 0u; k < 3u; k++) {
         positions_sorted[place + k] = position[k];
         velocities_sorted[place + k] = velocity[k];

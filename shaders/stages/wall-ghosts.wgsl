@@ -223,6 +223,7 @@ fn fill(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups
     let c = cut(i);
     let expected = system.density * (c.high - c.low);
     var time = 0.0;
+    var sums: Sums;
     for (var index = 0u; index < system.max_count; index++) {
         let u = uniforms(PURPOSE_WALL_GHOST, c.cell, index, 0u);
         time += arrival(u);
@@ -230,8 +231,14 @@ fn fill(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups
             break;
         }
         let g = wall_ghost(c, index, u);
-        deposit(ONE_GHOST, c.cell, g.x, g.v);
+        let fault = fault_of(square_of(g.v));
+        if fault != 0u {
+            atomicOr(&faults[0], fault);
+            continue;
+        }
+        sums = sum_of(sums, contribution(ONE_GHOST, g.x, g.v));
     }
+    deposit_sums(c.cell, sums);
 }
 
 // What the ghosts gain in the collision is the wall's.

@@ -1,6 +1,7 @@
 //! Adapters: what this machine has, which one a run uses, and opening it.
 
 use super::GpuError;
+use crate::shader::Lanes;
 use std::sync::{Arc, Mutex};
 
 /// One adapter, as `squirm adapters` lists it.
@@ -27,6 +28,8 @@ pub struct AdapterSummary {
 pub struct Gpu {
     /// What it is.
     pub summary: AdapterSummary,
+    /// How many invocations share the sums over one cell in the fused plan.
+    pub lanes: Lanes,
     pub(super) device: wgpu::Device,
     pub(super) queue: wgpu::Queue,
     pub(super) timestamps: bool,
@@ -34,6 +37,9 @@ pub struct Gpu {
 }
 
 const NEEDED: wgpu::Features = wgpu::Features::IMMEDIATES;
+
+/// What neighbouring invocations need to add up their sums.
+const SHARING: wgpu::Features = wgpu::Features::SUBGROUP;
 
 fn timing_features() -> wgpu::Features {
     wgpu::Features::TIMESTAMP_QUERY | wgpu::Features::TIMESTAMP_QUERY_INSIDE_PASSES
@@ -101,7 +107,11 @@ impl Gpu {
             return Err(GpuError::Lacking { adapter: chosen.name, feature: "immediates (push constants)" });
         }
         let timestamps = adapter.features().contains(timing_features());
-        let required_features = if timestamps { NEEDED | timing_features() } else { NEEDED };
+        let shares = adapter.features().contains(SHARING) && adapter.get_info().subgroup_min_size >= 4;
+        let lanes = if shares && chosen.kind != "CPU" { Lanes::Four } else { Lanes::One };
+        let optional = [(timestamps, timing_features()), (shares, SHARING)];
+        let required_features =
+            optional.iter().filter(|(there, _)| *there).fold(NEEDED, |all, (_, feature)| all | *feature);
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("squirm"),
             required_features,
@@ -116,7 +126,7 @@ impl Gpu {
         device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| record(&note, error.to_string())));
         let note = failure.clone();
         device.set_device_lost_callback(move |reason, message| record(&note, format!("{reason:?}: {message}")));
-        Ok(Self { summary: chosen, device, queue, timestamps, failure })
+        Ok(Self { summary: chosen, lanes, device, queue, timestamps, failure })
     }
 
     /// What the driver has complained about since the last call.

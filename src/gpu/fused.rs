@@ -1,11 +1,11 @@
 //! The fused plan on a GPU: see [`crate::graph::fused`] for the order of its kernels.
 
-use super::kernel::{Buffers, Kernel, compile, settings};
+use super::kernel::{Buffers, Kernel, compile, groups, settings};
 use super::{Gpu, GpuError};
 use crate::buffers::{Now, Sizes};
 use crate::graph::fused::{Item, Occasion, items, joint};
 use crate::graph::{Plan, constants};
-use crate::shader::{ENTRY, Module, settings_name};
+use crate::shader::{ENTRY, Lanes, Module, settings_name};
 use crate::stages::Entry;
 use std::collections::HashMap;
 
@@ -27,15 +27,16 @@ pub(super) struct Fused {
 pub(super) struct Ordered {
     orders: HashMap<(Occasion, u64), Vec<usize>>,
     every: Vec<u64>,
+    lanes: Lanes,
     pub(super) kernels: Vec<(Item, Module)>,
 }
 
 impl Ordered {
     /// Orders for every choice of the stages that do not run in each step.
-    pub(super) fn new(plan: &Plan) -> Result<Self, GpuError> {
+    pub(super) fn new(plan: &Plan, lanes: Lanes) -> Result<Self, GpuError> {
         let every: Vec<u64> = plan.stages.iter().map(|s| (s.entry.every)(&s.values)).collect();
         let occasional: u64 = every.iter().enumerate().map(|(i, n)| u64::from(*n > 1) << i).sum();
-        let mut ordered = Self { orders: HashMap::new(), every, kernels: Vec::new() };
+        let mut ordered = Self { orders: HashMap::new(), every, lanes, kernels: Vec::new() };
         let mut running = 0;
         loop {
             for occasion in [Occasion::First, Occasion::Next, Occasion::Last] {
@@ -64,10 +65,10 @@ impl Ordered {
             return Ok(known);
         }
         let module = match &item {
-            Item::Joint(members) => joint(members, stages)?,
+            Item::Joint(members) => joint(members, stages, self.lanes)?,
             Item::Alone(m) => {
                 let entry = stages[m.stage].0;
-                match entry.fused_module()? {
+                match entry.fused_module(self.lanes)? {
                     Some(module) if m.fused => module,
                     _ => entry.module()?,
                 }
@@ -102,13 +103,14 @@ impl Fused {
             let point = if matches!(item, Item::Joint(_)) { ENTRY } else { members[0].phase.entry };
             let label = if members.len() == 1 { format!("{} {}", kinds[0], point) } else { kinds.join(" + ") };
             let compiled = compile(gpu, &label, &module);
+            let over = members[0].phase.over;
             let kernel = Kernel::new(
                 gpu,
                 &compiled,
                 &module,
-                (point, members[0].phase.over),
+                (point, groups(sizes.count(over) * item.lanes(ordered.lanes), over)),
                 (buffers, &find),
-                (sizes, &constants),
+                &constants,
             )?;
             made.push(Made { item, kernel, label });
         }

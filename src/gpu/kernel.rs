@@ -1,7 +1,7 @@
 //! Kernels: one entry point of a stage's module with its pipeline, its buffers and its size.
 
 use super::{Gpu, GpuError};
-use crate::buffers::{Extent, Now, Sizes};
+use crate::buffers::{Extent, Now};
 use crate::graph::{Plan, PlannedStage};
 use crate::shader::{Binding, Module};
 use std::collections::HashMap;
@@ -32,11 +32,16 @@ pub(super) fn settings(gpu: &Gpu, stage: &PlannedStage, plan: &Plan) -> wgpu::Bu
 }
 
 /// A module for the adapter.
+#[allow(unsafe_code)]
 pub(super) fn compile(gpu: &Gpu, label: &str, module: &Module) -> wgpu::ShaderModule {
-    gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
+    let descriptor = wgpu::ShaderModuleDescriptor {
         label: Some(label),
         source: wgpu::ShaderSource::Wgsl(module.text.as_str().into()),
-    })
+    };
+    // A counter in every loop would keep compilers from unrolling short ones.
+    let checks = wgpu::ShaderRuntimeChecks { force_loop_bounding: false, ..wgpu::ShaderRuntimeChecks::checked() };
+    // SAFETY: every loop of the shaders ends: they count up to a bound, or follow a chain of which each entry is older than the one before.
+    unsafe { gpu.device.create_shader_module_trusted(descriptor, checks) }
 }
 
 pub(super) struct Kernel {
@@ -46,7 +51,7 @@ pub(super) struct Kernel {
 }
 
 /// Workgroups along x and y for `count` invocations: at most 65,535 along either, and none missing.
-fn groups(count: u64, over: Extent) -> [u32; 2] {
+pub(super) fn groups(count: u64, over: Extent) -> [u32; 2] {
     let needed = if over == Extent::One { count } else { count.div_ceil(WORKGROUP) };
     let x = needed.min(65_535);
     let y = if x == 0 { 0 } else { needed.div_ceil(x) };
@@ -74,9 +79,9 @@ impl Kernel {
         gpu: &Gpu,
         compiled: &wgpu::ShaderModule,
         module: &Module,
-        (entry_point, over): (&str, Extent),
+        (entry_point, groups): (&str, [u32; 2]),
         (buffers, settings): (&Buffers, &dyn Fn(&str) -> wgpu::Buffer),
-        (sizes, constants): (&Sizes, &[(&str, f64)]),
+        constants: &[(&str, f64)],
     ) -> Result<Self, GpuError> {
         let constants: Vec<(&str, f64)> =
             constants.iter().copied().filter(|(name, _)| module.text.contains(&format!("override {name}:"))).collect();
@@ -113,7 +118,7 @@ impl Kernel {
             entries: &bound,
         });
         gpu.healthy()?;
-        Ok(Self { pipeline, bind_group, groups: groups(sizes.count(over), over) })
+        Ok(Self { pipeline, bind_group, groups })
     }
 
     /// Adds the kernel to a pass.

@@ -1,6 +1,6 @@
 //! The loose plan: every stage its own kernels, in list order, with everything in memory in between.
 
-use super::kernel::{Buffers, Kernel, settings};
+use super::kernel::{Buffers, Kernel, groups, settings};
 use super::{Gpu, GpuError};
 use crate::buffers::{Now, Sizes};
 use crate::graph::kernels::APPLY;
@@ -38,14 +38,9 @@ impl Loose {
             let uniform = settings(gpu, stage, plan);
             let kernels = |phases: &[Phase]| {
                 let kernel = |p: &Phase| {
-                    Kernel::new(
-                        gpu,
-                        &compiled,
-                        module,
-                        (p.entry, p.over),
-                        (buffers, &|_| uniform.clone()),
-                        (sizes, &constants),
-                    )
+                    let groups = groups(sizes.count(p.over), p.over);
+                    let own = |_: &str| uniform.clone();
+                    Kernel::new(gpu, &compiled, module, (p.entry, groups), (buffers, &own), &constants)
                 };
                 phases.iter().map(kernel).collect::<Result<Vec<_>, _>>()
             };

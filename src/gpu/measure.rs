@@ -1,6 +1,6 @@
 //! Snapshots: totals, fields and samples computed on the GPU, copied to staging buffers, read without stopping the steps.
 
-use super::kernel::{Buffers, Kernel};
+use super::kernel::{Buffers, Kernel, compile, groups};
 use super::session::{Session, create_buffers};
 use super::{Gpu, GpuError};
 use crate::buffers::{Buffer, Extent, MeasureSettings, Now, Sizes, find};
@@ -164,10 +164,7 @@ impl Measurement {
             buffers.insert(name, buffer.clone());
         }
         let module = Module::new("measure", SOURCE, MeasureSettings::WGSL)?;
-        let compiled = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some("measure"),
-            source: wgpu::ShaderSource::Wgsl(module.text.as_str().into()),
-        });
+        let compiled = compile(gpu, "measure", &module);
         let uniform = gpu.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("settings"),
             size: size_of::<MeasureSettings>() as u64,
@@ -185,7 +182,10 @@ impl Measurement {
         phases.extend([("coarsen", Extent::Coarse), ("sample", Extent::Samples)]);
         let kernels = phases
             .iter()
-            .map(|phase| Kernel::new(gpu, &compiled, &module, *phase, (&buffers, &|_| uniform.clone()), (&sizes, &[])))
+            .map(|(entry, over)| {
+                let groups = groups(sizes.count(*over), *over);
+                Kernel::new(gpu, &compiled, &module, (entry, groups), (&buffers, &|_| uniform.clone()), &[])
+            })
             .collect::<Result<Vec<_>, _>>()?;
         Ok(Self { kernels, buffers, ring: Ring::default(), wanted, blocks, samples })
     }

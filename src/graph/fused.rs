@@ -6,10 +6,8 @@
 use super::Plan;
 use super::kernels::{APPLY, Use, uses};
 use crate::buffers::Extent;
-use crate::shader::{Module, Over, Part, ShaderError, fuse};
+use crate::shader::{Lanes, Module, Over, Part, ShaderError, fuse};
 use crate::stages::{Entry, Phase};
-use std::collections::HashMap;
-use std::sync::{Mutex, PoisonError};
 
 /// One kernel of a stage as the fused plan runs it.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -60,6 +58,13 @@ impl Item {
             uses.retain(|u| u.buffer != "moments");
         }
         uses
+    }
+
+    /// Invocations for each of its elements.
+    #[must_use]
+    pub fn lanes(&self, lanes: Lanes) -> u64 {
+        let first = &self.members()[0];
+        if first.fused && first.makes_sums() { lanes.count() } else { 1 }
     }
 
     /// The kernels in it.
@@ -164,29 +169,12 @@ fn member(
     phase: Phase,
     (fused, late, repetition): (bool, bool, u32),
 ) -> Result<Member, ShaderError> {
-    let mut uses = if fused { fused_uses(entry, phase.entry)? } else { uses(entry, phase.entry)? };
+    let mut uses = uses(entry, phase.entry, fused)?;
     if late && entry.kind == APPLY {
         // By then the grid has been moved.
         uses.iter_mut().filter(|u| u.buffer == "shift").for_each(|u| "shift_before".clone_into(&mut u.buffer));
     }
     Ok(Member { stage, phase, fused, late, repetition, uses })
-}
-
-/// What an entry point of a stage's WGSL for the fused plan binds.
-fn fused_uses(entry: &'static Entry, point: &'static str) -> Result<Vec<Use>, ShaderError> {
-    type Known = HashMap<(&'static str, &'static str), Vec<Use>>;
-    static KNOWN: Mutex<Option<Known>> = Mutex::new(None);
-    let mut guard = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
-    let known = guard.get_or_insert_default();
-    if let Some(uses) = known.get(&(entry.kind, point)) {
-        return Ok(uses.clone());
-    }
-    let module = entry.fused_module()?;
-    let bound = module.iter().flat_map(|m| m.bindings(point));
-    let uses: Vec<Use> =
-        bound.map(|b| Use { buffer: b.name.clone(), read: b.access.read, write: b.access.write }).collect();
-    known.insert((entry.kind, point), uses.clone());
-    Ok(uses)
 }
 
 /// One of them writes what the other uses. Faults are flags that are only ever added.
@@ -231,7 +219,7 @@ fn arranged(list: Vec<Member>, stages: &[(&'static Entry, u32, bool)]) -> Vec<It
 ///
 /// # Errors
 /// If their functions do not fit together as WGSL.
-pub fn joint(members: &[Member], stages: &[(&'static Entry, u32, bool)]) -> Result<Module, ShaderError> {
+pub fn joint(members: &[Member], stages: &[(&'static Entry, u32, bool)], lanes: Lanes) -> Result<Module, ShaderError> {
     let part = |m: &Member| {
         let entry = stages[m.stage].0;
         Part {
@@ -250,5 +238,5 @@ pub fn joint(members: &[Member], stages: &[(&'static Entry, u32, bool)]) -> Resu
         let first = &members[usize::from(sums)];
         Over::Cells { sums, operators: first.uses.iter().any(|u| u.buffer == "operators" && u.read) }
     };
-    fuse(&parts, over)
+    fuse(&parts, over, lanes)
 }

@@ -1,9 +1,9 @@
 //! The kernels of one step in the order of execution, each with the buffers that it truly reads and writes.
 
 use super::Plan;
-use crate::shader::ShaderError;
+use crate::shader::{Lanes, Module, ShaderError};
 use crate::stages::{Entry, Phase, REGISTRY};
-use std::collections::HashMap;
+use std::collections::{HashMap, hash_map};
 use std::sync::{Mutex, PoisonError};
 
 /// The stage at which the particles receive their cells' operators, and ghosts theirs.
@@ -64,7 +64,7 @@ fn push(
 ) -> Result<(), ShaderError> {
     let (entry, every_step) = stages[stage];
     for phase in phases {
-        let uses = uses(entry, phase.entry)?;
+        let uses = uses(entry, phase.entry, false)?;
         list.push(Kernel { stage, kind: entry.kind, entry: phase.entry, receive, every_step, uses });
     }
     Ok(())
@@ -74,7 +74,7 @@ fn push(
 #[must_use]
 pub fn constants(plan: &Plan) -> [(&'static str, f64); 3] {
     let system = &plan.system;
-    // A plan without a collision is a test's, which looks at the sums themselves.
+    // Where no collision uses the sums, whoever reads them wants them whole.
     let collides = plan.stages.iter().any(|s| s.entry.kind == APPLY);
     let places = !collides || plan.stages.iter().any(|s| (s.entry.places)(&s.values));
     let yes = |b: bool| f64::from(u8::from(b));
@@ -85,32 +85,34 @@ pub fn constants(plan: &Plan) -> [(&'static str, f64); 3] {
     ]
 }
 
-/// What an entry point of a stage binds. Modules are reflected once for the life of the program.
+/// What an entry point of a stage binds, in its own WGSL or in that for the fused plan. Modules are reflected once for the life of the
+/// program.
 ///
 /// # Errors
 /// If the WGSL of the stage is not valid.
-pub fn uses(entry: &'static Entry, point: &'static str) -> Result<Vec<Use>, ShaderError> {
-    type Known = HashMap<(&'static str, &'static str), Vec<Use>>;
+pub fn uses(entry: &'static Entry, point: &'static str, fused: bool) -> Result<Vec<Use>, ShaderError> {
+    type Known = HashMap<(&'static str, bool), Vec<(String, Vec<Use>)>>;
     static KNOWN: Mutex<Option<Known>> = Mutex::new(None);
     let mut guard = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
     let known = guard.get_or_insert_default();
-    if let Some(uses) = known.get(&(entry.kind, point)) {
-        return Ok(uses.clone());
+    if let hash_map::Entry::Vacant(place) = known.entry((entry.kind, fused)) {
+        let module = if fused { entry.fused_module(Lanes::One)? } else { Some(entry.module()?) };
+        let bound = |m: &Module, point: &str| {
+            let bindings = m.bindings(point).iter();
+            bindings.map(|b| Use { buffer: b.name.clone(), read: b.access.read, write: b.access.write }).collect()
+        };
+        let points = module.iter().flat_map(|m| m.entry_points().map(|p| (p.to_owned(), bound(m, p)))).collect();
+        place.insert(points);
     }
-    let module = entry.module()?;
-    for phase in entry.phases.iter().chain(entry.receive) {
-        let bound = module.bindings(phase.entry).iter();
-        let uses = bound.map(|b| Use { buffer: b.name.clone(), read: b.access.read, write: b.access.write }).collect();
-        known.insert((entry.kind, phase.entry), uses);
-    }
-    Ok(known.get(&(entry.kind, point)).cloned().unwrap_or_default())
+    let points = &known[&(entry.kind, fused)];
+    Ok(points.iter().find(|(name, _)| name == point).map(|(_, uses)| uses.clone()).unwrap_or_default())
 }
 
 /// Kinds of stages that compute this buffer anew: the first of their kernels to bind it writes it without reading.
 #[must_use]
 pub fn makers(buffer: &str) -> Vec<&'static str> {
     let makes = |entry: &&'static Entry| {
-        let mut uses = entry.phases.iter().filter_map(|p| uses(entry, p.entry).ok()).flatten();
+        let mut uses = entry.phases.iter().filter_map(|p| uses(entry, p.entry, false).ok()).flatten();
         uses.find(|u| u.buffer == buffer).is_some_and(|u| u.write && !u.read)
     };
     REGISTRY.iter().filter(makes).map(|e| e.kind).collect()

@@ -84,12 +84,13 @@ mod tests {
 
     #[test]
     fn memory_counts_each_buffer_once() {
-        let list = memory(["positions", "ranks", "positions", "settings"].into_iter(), &sizes(&system(false, &[])));
+        let list =
+            memory(["positions", "velocities", "positions", "settings"].into_iter(), &sizes(&system(false, &[])));
         let bytes: Vec<(&str, u64)> = list.iter().map(|(b, n)| (b.name, *n)).collect();
         let words = crate::buffers::find("moments").unwrap().words as u64;
-        for wanted in [("positions", 60_000 * 12), ("ranks", 60_000 * 8), ("moments", 6000 * 4 * words)] {
+        for wanted in [("positions", 60_000 * 12), ("velocities", 60_000 * 12), ("moments", 6000 * 4 * words)] {
             assert_eq!(bytes.iter().filter(|b| **b == wanted).count(), 1, "{bytes:?}");
         }
-        assert!(!bytes.iter().any(|(name, _)| *name == "order" || *name == "settings"));
+        assert!(!bytes.iter().any(|(name, _)| *name == "cell_lists" || *name == "settings"));
     }
 }

@@ -23,13 +23,43 @@ pub struct Part<'a> {
 pub enum Over {
     /// Particles: functions `(i, Particle) -> Particle`.
     Particles,
-    /// Cells: functions `(cell, Moments, Operator) -> Operator` after a first `(cell) -> Sums` or the moments in memory.
+    /// Cells: functions `(cell, Moments, Operator) -> Operator` after a first `(cell, part) -> Sums` or the moments in memory.
     Cells {
         /// The first function makes the sums.
         sums: bool,
         /// The operators in memory matter.
         operators: bool,
     },
+}
+
+/// How many invocations share the sums over one cell.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
+pub enum Lanes {
+    /// One: what suits a CPU.
+    #[default]
+    One,
+    /// Four neighbours of a subgroup: more loads under way at a time, which suits a GPU.
+    Four,
+}
+
+impl Lanes {
+    /// Their number.
+    #[must_use]
+    pub fn count(self) -> u64 {
+        match self {
+            Self::One => 1,
+            Self::Four => 4,
+        }
+    }
+
+    /// WGSL that includes `lanes` for one invocation, for this many.
+    #[must_use]
+    pub fn chosen(self, wgsl: &str) -> String {
+        match self {
+            Self::One => wgsl.to_owned(),
+            Self::Four => wgsl.replace("//!include lanes\n", "//!include lanes-four\n"),
+        }
+    }
 }
 
 /// The entry point of a fused module.
@@ -45,14 +75,13 @@ pub fn settings_name(kind: &str) -> String {
 ///
 /// # Errors
 /// If the parts do not fit together as WGSL, for instance since two of them have functions of one name.
-pub fn fuse(parts: &[Part<'_>], over: Over) -> Result<Module, ShaderError> {
+pub fn fuse(parts: &[Part<'_>], over: Over, lanes: Lanes) -> Result<Module, ShaderError> {
     let mut includes = vec!["dispatch".to_owned()];
     includes.extend(match over {
         Over::Particles => vec!["particles-store".to_owned()],
         Over::Cells { sums, operators } => {
-            let loads =
-                [(!sums).then_some("moments-load"), operators.then_some("operator-load"), Some("operator-store")];
-            loads.into_iter().flatten().map(str::to_owned).collect()
+            let loads = [(!sums).then_some("moments-load"), operators.then_some("operator-load")];
+            loads.into_iter().flatten().chain(["lanes", "operator-store"]).map(str::to_owned).collect()
         }
     });
     let (mut bindings, mut bodies, mut declarations) = (Vec::new(), String::new(), String::new());
@@ -77,7 +106,8 @@ pub fn fuse(parts: &[Part<'_>], over: Over) -> Result<Module, ShaderError> {
     text.push_str(&bodies);
     text.push_str(&entry(parts, over));
     let kinds: Vec<&str> = parts.iter().map(|p| p.kind).collect();
-    Module::new(&kinds.join(" + "), &text, &declarations)
+    let lanes = if matches!(over, Over::Cells { sums: true, .. }) { lanes } else { Lanes::One };
+    Module::new(&kinds.join(" + "), &lanes.chosen(&text), &declarations)
 }
 
 struct Bound {
@@ -125,27 +155,40 @@ fn bind(line: &str, part: &Part<'_>, bindings: &mut Vec<Bound>) {
 }
 
 fn entry(parts: &[Part<'_>], over: Over) -> String {
-    let (count, mut lines) = match over {
-        Over::Particles => ("particle_count", vec!["var p = particle_at(i);".to_owned()]),
-        Over::Cells { sums, operators } => {
-            let moments =
-                if sums { format!("moments_of({}(i))", parts[0].function) } else { "moments_at(i)".to_owned() };
-            let before = if operators { "operator_at(i)" } else { "no_collision()" };
-            ("cell_count", vec![format!("let m = {moments};"), format!("var o = {before};")])
-        }
+    let lines = match over {
+        Over::Particles => each_particle(parts),
+        Over::Cells { sums, operators } => each_cell(parts, sums, operators),
     };
-    let first = usize::from(matches!(over, Over::Cells { sums: true, .. }));
-    for part in &parts[first..] {
-        lines.push(match over {
-            Over::Particles => format!("p = {}(i, p);", part.function),
-            Over::Cells { .. } => format!("o = {}(i, m, o);", part.function),
-        });
-    }
-    lines.push(if over == Over::Particles { "store_particle(i, p);" } else { "store_operator(i, o);" }.to_owned());
     format!(
         "@compute @workgroup_size(WORKGROUP)\nfn {ENTRY}(@builtin(workgroup_id) group: vec3<u32>, \
          @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {{\n    \
-         let i = invocation(group, groups, lane);\n    if i < system.{count} {{\n        {}\n    }}\n}}\n",
-        lines.join("\n        ")
+         let index = invocation(group, groups, lane);\n    {}\n}}\n",
+        lines.join("\n    ")
     )
+}
+
+fn each_particle(parts: &[Part<'_>]) -> Vec<String> {
+    let mut lines: Vec<String> =
+        ["let i = index;", "if i >= system.particle_count { return; }", "var p = particle_at(i);"]
+            .map(str::to_owned)
+            .to_vec();
+    lines.extend(parts.iter().map(|part| format!("p = {}(i, p);", part.function)));
+    lines.push("store_particle(i, p);".to_owned());
+    lines
+}
+
+fn each_cell(parts: &[Part<'_>], sums: bool, operators: bool) -> Vec<String> {
+    let mut lines: Vec<String> =
+        ["let i = index / LANES;", "let part = index % LANES;", "if i >= system.cell_count { return; }"]
+            .map(str::to_owned)
+            .to_vec();
+    lines.push(if sums {
+        format!("let m = moments_of({}(i, part));", parts[0].function)
+    } else {
+        "let m = moments_at(i);".to_owned()
+    });
+    lines.push(format!("var o = {};", if operators { "operator_at(i)" } else { "no_collision()" }));
+    lines.extend(parts[usize::from(sums)..].iter().map(|part| format!("o = {}(i, m, o);", part.function)));
+    lines.push("store_operator_part(i, part, LANES, o);".to_owned());
+    lines
 }

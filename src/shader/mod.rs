@@ -6,6 +6,6 @@ pub mod reflect;
 pub mod shared;
 
 pub use compose::compose;
-pub use fuse::{ENTRY, Over, Part, fuse, settings_name};
+pub use fuse::{ENTRY, Lanes, Over, Part, fuse, settings_name};
 pub use reflect::{Access, Binding, Module, ShaderError};
 pub use shared::Shared;

@@ -242,6 +242,9 @@ fn faults(step: u64, flags: u32) -> Result<(), RunError> {
         }
         Fault::Crowded => "more than seven squirmers are near one cell: they overlap",
         Fault::Nan => "a velocity is not a number",
+        Fault::Spill => {
+            "more than a sixteenth of all particles share cells that hold four standard deviations above the mean: the fluid is being compressed somewhere"
+        }
         Fault::Stuck => "",
     };
     let what: Vec<&str> =

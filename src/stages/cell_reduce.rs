@@ -28,14 +28,7 @@ impl Stage for CellReduce {
     const FUSED: Option<Fused> = Some(Fused {
         wgsl: include_str!("../../shaders/fused/cell-reduce.wgsl"),
         preface: &[],
-        phases: &[
-            Phase { entry: "clear_counts", over: Extent::Cells },
-            Phase { entry: "tally", over: Extent::Particles },
-            Phase { entry: "scan_cells", over: Extent::Scans },
-            Phase { entry: "scan_blocks", over: Extent::One },
-            Phase { entry: "list", over: Extent::Particles },
-            Phase { entry: "gather", over: Extent::Cells },
-        ],
+        phases: &[Phase { entry: "tally", over: Extent::Particles }, Phase { entry: "gather", over: Extent::Cells }],
     });
     const EACH: &'static [(&'static str, &'static str)] = &[("tally", "tallied"), ("gather", "gathered")];
     const AFTER: &'static [&'static str] = &["shift-grid"];

@@ -2,7 +2,7 @@
 
 use crate::buffers::Extent;
 use crate::params::{Field, Params, Values};
-use crate::shader::{Module, ShaderError, Shared};
+use crate::shader::{Lanes, Module, ShaderError, Shared};
 use crate::state::System;
 use crate::state::scene::Scene;
 
@@ -62,7 +62,7 @@ pub trait Stage: 'static {
     /// What the stage does otherwise in the fused plan.
     const FUSED: Option<Fused> = None;
     /// Entry points over particles or cells that the fused plan may join with others over the same, each with the function that does
-    /// its work for one of them: `fn(i: u32, p: Particle) -> Particle`, `fn(cell: u32) -> Sums` for the first over cells, else
+    /// its work for one of them: `fn(i: u32, p: Particle) -> Particle`, `fn(cell: u32, part: u32) -> Sums` for the first over cells, else
     /// `fn(cell: u32, m: Moments, o: Operator) -> Operator`.
     const EACH: &'static [(&'static str, &'static str)] = &[];
     /// Kinds that, where present, must stand before this stage in the list.
@@ -173,8 +173,8 @@ impl Entry {
     ///
     /// # Errors
     /// See [`Entry::module`].
-    pub fn fused_module(&self) -> Result<Option<Module>, ShaderError> {
-        self.fused.map(|f| Module::new(self.kind, f.wgsl, self.uniform_wgsl)).transpose()
+    pub fn fused_module(&self, lanes: Lanes) -> Result<Option<Module>, ShaderError> {
+        self.fused.map(|f| Module::new(self.kind, &lanes.chosen(f.wgsl), self.uniform_wgsl)).transpose()
     }
 
     /// The stage's WGSL, composed, validated and reflected.

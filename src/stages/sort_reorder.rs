@@ -27,10 +27,10 @@ impl Stage for SortReorder {
     const KIND: &'static str = "sort-reorder";
     const WGSL: &'static str = include_str!("../../shaders/stages/sort-reorder.wgsl");
     const PHASES: &'static [Phase] = &[
-        Phase { entry: "clear_counts", over: Extent::Cells },
+        Phase { entry: "clear_places", over: Extent::Cells },
         Phase { entry: "count", over: Extent::Particles },
-        Phase { entry: "scan_blocks", over: Extent::Blocks },
-        Phase { entry: "scan_sums", over: Extent::One },
+        Phase { entry: "scan_cells", over: Extent::Scans },
+        Phase { entry: "scan_blocks", over: Extent::One },
         Phase { entry: "scatter", over: Extent::Particles },
         Phase { entry: "copy_back", over: Extent::Particles },
     ];

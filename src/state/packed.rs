@@ -178,9 +178,17 @@ pub fn sizes(system: &System, particles: u64) -> Sizes {
         ghost_stride: u64::from(ghosts.next_multiple_of(64)),
         box_edge: u64::from(box_edge(system)),
         bins: bins(system).iter().map(|n| u64::from(*n)).product(),
+        list_room: list_room(particles as f64 / system.domain.volume().max(1.0)).max(list_room(system.fluid.density)),
+        spill_room: particles.min((particles / 16).max(4096)),
         coarse: 0,
         samples: 0,
     }
+}
+
+/// Particles that a cell's list has room for at this mean number per cell: four standard deviations more than the mean of a Poisson
+/// distribution, so that one cell in ten thousand needs more.
+fn list_room(mean: f64) -> u64 {
+    ((mean + 4.0 * mean.sqrt()).ceil() as u64).next_multiple_of(8)
 }
 
 /// Smallest patches of both walls, for a grid of these cells; those at the end may be cut.
@@ -275,8 +283,8 @@ pub fn system_uniform(system: &System, particles: u64) -> SystemUniform {
         inverse_position: (1.0 / scales.position) as f32,
         inverse_second: (1.0 / scales.second) as f32,
         inverse_mixed: (1.0 / scales.mixed) as f32,
-        pad0: 0,
-        pad1: 0,
+        list_room: small(sizes.list_room),
+        spill_room: small(sizes.spill_room),
     }
 }
 

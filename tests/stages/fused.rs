@@ -3,9 +3,11 @@
 use crate::bench::*;
 use crate::collision::{active_slit, continued};
 use crate::rig;
+use squirm::buffers::Fault;
 use squirm::gpu::{Form, Session};
 use squirm::graph::fused::{Item, Occasion, items};
 use squirm::params::Value;
+use squirm::shader::Lanes;
 use squirm::stages;
 use squirm::state::{State, System, packed};
 
@@ -17,10 +19,12 @@ fn left(
     start: &State,
     kinds: &[&str],
     changes: &[Change],
-    form: Form,
+    (form, lanes): (Form, Lanes),
 ) -> Vec<(String, Vec<f32>, [glam::DVec3; 2])> {
     let plan = rig::plan(system, kinds, changes);
-    let mut session = Session::formed(rig::gpu(), &plan, start, form).expect("a session");
+    let mut gpu = rig::gpu().clone();
+    gpu.lanes = lanes;
+    let mut session = Session::formed(&gpu, &plan, start, form).expect("a session");
     [1, 7, 12]
         .map(|steps| {
             session.advance(steps, false);
@@ -52,14 +56,49 @@ fn both_forms_of_a_plan_leave_the_same_bits() {
         (&slit, &squirmers, rig::EVERYTHING, vec![("rotate", "grip", Value::Float(1.22))]),
     ];
     for (system, start, kinds, changes) in cases {
-        let loose = left(system, start, kinds, &changes, Form::Loose);
-        for every in [1, 7, 50] {
+        let loose = left(system, start, kinds, &changes, (Form::Loose, Lanes::One));
+        for (every, lanes) in [(1, Lanes::Four), (7, Lanes::One), (50, Lanes::Four)] {
             let mut changes = changes.clone();
             changes.push(("sort-reorder", "every", Value::Integer(every)));
-            assert_eq!(loose, left(system, start, kinds, &changes, Form::Fused), "{kinds:?} {changes:?}");
+            assert_eq!(loose, left(system, start, kinds, &changes, (Form::Fused, lanes)), "{kinds:?} {changes:?}");
         }
         let unsorted: Vec<&str> = kinds.iter().copied().filter(|k| *k != "sort-reorder").collect();
-        assert_eq!(loose, left(system, start, &unsorted, &changes, Form::Fused), "{unsorted:?} {changes:?}");
+        let fused = left(system, start, &unsorted, &changes, (Form::Fused, Lanes::One));
+        assert_eq!(loose, fused, "{unsorted:?} {changes:?}");
+    }
+}
+
+/// A gas of which `crowds` cells hold `each` particles more, and the others the rest of `count`.
+fn crowded(system: &System, count: u32, (crowds, each): (usize, usize)) -> State {
+    let mut particles = gas(system, 32, count);
+    for (i, particle) in particles.iter_mut().take(crowds * each).enumerate() {
+        let cell = i / each;
+        let corner = glam::DVec3::new((cell % 9) as f64, (cell / 9 % 10) as f64, (cell / 90) as f64);
+        particle.position = corner + particle.position.fract();
+    }
+    state(particles, Vec::new())
+}
+
+#[test]
+fn cells_beyond_the_room_of_their_lists_lose_nobody() {
+    let system = rig::system([9, 10, 33]);
+    let start = crowded(&system, 30_000, (40, 90));
+    let loose = left(&system, &start, rig::BULK, &[], (Form::Loose, Lanes::One));
+    for lanes in [Lanes::One, Lanes::Four] {
+        assert_eq!(loose, left(&system, &start, rig::BULK, &[], (Form::Fused, lanes)), "{lanes:?}");
+    }
+}
+
+#[test]
+fn too_many_particles_beyond_the_lists_are_a_fault() {
+    let system = rig::system([9, 10, 33]);
+    let plan = rig::plan(&system, rig::BULK, &[]);
+    // Lists have room for 24, and 4096 particles may be beyond.
+    for (crowds, fault) in [(40, 0), (90, Fault::Spill as u32)] {
+        let start = crowded(&system, 30_000, (crowds, 90));
+        let mut session = Session::formed(rig::gpu(), &plan, &start, Form::Fused).expect("a session");
+        session.advance(1, false);
+        assert_eq!(session.faults().expect("readable"), fault, "{crowds}");
     }
 }
 
