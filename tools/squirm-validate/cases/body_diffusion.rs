@@ -115,7 +115,7 @@ const FULL: [Setup; 4] = [
         along: 3.0,
         count: 6,
         edge: 40,
-        steps: 400_000,
+        steps: 650_000,
         displaced: (50.0, 100.0),
         turned: (30.0, 70.0),
         tolerance: 0.07,

@@ -20,7 +20,7 @@ pub const CASE: Case = Case {
             flow begins developed. Its slowest fluctuation has the amplitude sqrt(2/N) and lives L^2/(pi^2 nu), 215 tau for \
             SRD+a and L = 30.",
     remarks: "With ghosts at the wall's velocity and SRD-a another code found b = 0.19 a; 0.147(11) is found here, \
-              0.159(10) in Couette flow, and a mean-field model of tracers gives 0.158 (docs/physics.md; 0.097 for \
+              0.159(10) in Couette flow, and a mean-field model of tracers gives 0.158 (examples/slip_length.rs; 0.097 for \
               SRD+a, and -0.004 and 0.046 with grip). Without ghosts the same model gives 1.06 a for SRD-a, which is \
               what the other code is said to have found, but 0.53 a for SRD+a: the expectation is the wrong rule's. \
               0.404(11) is found; the model knows nothing of how few particles share a cell at the wall.",
@@ -71,71 +71,41 @@ struct Filling {
     tolerance: f64,
 }
 
+const CONTINUED: Filling = Filling {
+    name: "continued",
+    title: "ghosts that continue the shear",
+    rule: rules::THERMOSTAT,
+    sets: &["stage.wall-ghosts.velocity=continued"],
+    change: |_| {},
+    slip: 0.0,
+    tolerance: 0.05,
+};
+
+const GRIP: Filling = Filling {
+    name: "grip",
+    title: "ghosts of the wall's velocity, with grip",
+    sets: &["stage.wall-ghosts.velocity=wall", "stage.rotate.grip=1.22"],
+    ..CONTINUED
+};
+
+const WALL: Filling = Filling {
+    name: "wall",
+    title: "ghosts of the wall's velocity",
+    sets: &["stage.wall-ghosts.velocity=wall"],
+    slip: 0.12,
+    tolerance: 0.04,
+    ..CONTINUED
+};
+
 /// Every way to fill a wall, with the slip length that it should leave. The first one is what a quick run measures.
 const FILLINGS: &[Filling] = &[
-    Filling {
-        name: "continued",
-        title: "ghosts that continue the shear",
-        rule: rules::THERMOSTAT,
-        sets: &["stage.wall-ghosts.velocity=continued"],
-        change: |_| {},
-        slip: 0.0,
-        tolerance: 0.05,
-    },
-    Filling {
-        name: "continued",
-        title: "ghosts that continue the shear",
-        rule: rules::MINUS_THERMOSTAT,
-        sets: &["stage.wall-ghosts.velocity=continued"],
-        change: |_| {},
-        slip: 0.0,
-        tolerance: 0.05,
-    },
-    Filling {
-        name: "grip",
-        title: "ghosts of the wall's velocity, with grip",
-        rule: rules::THERMOSTAT,
-        sets: &["stage.wall-ghosts.velocity=wall", "stage.rotate.grip=1.22"],
-        change: |_| {},
-        slip: 0.0,
-        tolerance: 0.05,
-    },
-    Filling {
-        name: "grip",
-        title: "ghosts of the wall's velocity, with grip",
-        rule: rules::MINUS_THERMOSTAT,
-        sets: &["stage.wall-ghosts.velocity=wall", "stage.rotate.grip=1.22"],
-        change: |_| {},
-        slip: 0.045,
-        tolerance: 0.05,
-    },
-    Filling {
-        name: "wall",
-        title: "ghosts of the wall's velocity",
-        rule: rules::THERMOSTAT,
-        sets: &["stage.wall-ghosts.velocity=wall"],
-        change: |_| {},
-        slip: 0.12,
-        tolerance: 0.04,
-    },
-    Filling {
-        name: "wall",
-        title: "ghosts of the wall's velocity",
-        rule: rules::MINUS_THERMOSTAT,
-        sets: &["stage.wall-ghosts.velocity=wall"],
-        change: |_| {},
-        slip: 0.19,
-        tolerance: 0.04,
-    },
-    Filling {
-        name: "none",
-        title: "no ghosts",
-        rule: rules::THERMOSTAT,
-        sets: &[],
-        change: without_ghosts,
-        slip: 1.0,
-        tolerance: 0.04,
-    },
+    CONTINUED,
+    Filling { rule: rules::MINUS_THERMOSTAT, ..CONTINUED },
+    GRIP,
+    Filling { rule: rules::MINUS_THERMOSTAT, slip: 0.045, ..GRIP },
+    WALL,
+    Filling { rule: rules::MINUS_THERMOSTAT, slip: 0.19, ..WALL },
+    Filling { name: "none", title: "no ghosts", sets: &[], change: without_ghosts, slip: 1.0, ..WALL },
 ];
 
 fn parts(size: Size) -> Vec<Part> {

@@ -19,7 +19,7 @@ pub const CASE: Case = Case {
             energy and momentum over a very long run without a thermostat; the flight of free particles in long boxes \
             against the exact path, for slow particles on average and for thermal ones at worst; the largest sums of any cell \
             against the range of their words; and whether runs with other seeds agree.",
-    remarks: "The drift of the energy is that of the conservation case: 1.3e-9 per step.",
+    remarks: "",
     sheets: &[],
     parts,
     controls: &[Control {
