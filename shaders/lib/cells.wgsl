@@ -18,8 +18,12 @@ fn from_centre(fraction: u32) -> f32 {
     return f32(bitcast<i32>(fraction ^ 0x80000000u)) * 2.3283064365386963e-10;
 }
 
+// Cells are numbered brick by brick, 4 x 4 x 4 cells each: neighbours in space are mostly neighbours in memory.
 fn cell_index(c: vec3<u32>) -> u32 {
-    return (c.z * system.cells.y + c.y) * system.cells.x + c.x;
+    let bricks = (system.cells + 3u) / 4u;
+    let b = c / 4u;
+    let w = c % 4u;
+    return ((b.z * bricks.y + b.y) * bricks.x + b.x) * 64u + w.z * 16u + w.y * 4u + w.x;
 }
 
 // The cell of a position on the grid moved by `shift`.

@@ -94,7 +94,7 @@ pub fn meaning(loaded: &Loaded) -> Meaning {
     Meaning {
         name: plan.name.clone(),
         particles: *particles,
-        cells: elements.cells,
+        cells: system.domain.cells().iter().map(|n| u64::from(*n)).product(),
         run: (system.run.steps, system.run.dt, system.fluid.temperature),
         transport,
         flow_speed,

@@ -64,7 +64,8 @@ mod tests {
     fn a_slit_with_squirmers() {
         // A hull of (3.12, 3.12, 6.12): volume 249.55, so 2495 ghosts at 10 per cell; (2, 2, 2) has fewer.
         let s = sizes(&system(true, &[(6.0, 3.0), (2.0, 2.0)]));
-        assert_eq!(s.cells, 30 * 11 * 20);
+        // Bricks of 4^3: 8 x 3 x 5.
+        assert_eq!(s.cells, 8 * 3 * 5 * 64);
         assert_eq!(s.wall_cells, 2 * 30 * 20);
         assert_eq!(s.wall_patches, 2 * 8 * 5);
         assert_eq!((s.squirmers, s.species), (6, 2));
@@ -78,7 +79,7 @@ mod tests {
     #[test]
     fn a_fluid_alone() {
         let s = sizes(&system(false, &[]));
-        assert_eq!((s.cells, s.wall_cells, s.particles), (6000, 0, 60_000));
+        assert_eq!((s.cells, s.wall_cells, s.particles), (7680, 0, 60_000));
         assert_eq!((s.squirmers, s.ghost_stride, s.box_edge, s.bins), (0, 0, 0, 1));
     }
 
@@ -88,7 +89,7 @@ mod tests {
             memory(["positions", "velocities", "positions", "settings"].into_iter(), &sizes(&system(false, &[])));
         let bytes: Vec<(&str, u64)> = list.iter().map(|(b, n)| (b.name, *n)).collect();
         let words = crate::buffers::find("moments").unwrap().words as u64;
-        for wanted in [("positions", 60_000 * 12), ("velocities", 60_000 * 12), ("moments", 6000 * 4 * words)] {
+        for wanted in [("positions", 60_000 * 12), ("velocities", 60_000 * 12), ("moments", 7680 * 4 * words)] {
             assert_eq!(bytes.iter().filter(|b| **b == wanted).count(), 1, "{bytes:?}");
         }
         assert!(!bytes.iter().any(|(name, _)| *name == "cell_lists" || *name == "settings"));

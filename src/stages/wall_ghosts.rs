@@ -163,12 +163,12 @@ fn fresh(params: &WallGhosts, system: &System) -> f64 {
 fn observe(params: &WallGhosts, system: &System, scene: &mut Scene) {
     let Some(walls) = &system.domain.walls else { return };
     let patches = Patches::of(params, system);
-    let [nx, ny, _] = system.domain.cells();
+    let ny = system.domain.cells()[1];
     let height = f64::from(system.domain.size[1]);
     let mut seen = vec![(DVec3::ZERO, 0.0); patches.count()];
     for particle in &scene.state.particles {
         let cell = u32::try_from(scene.locate(system, particle.position).0).expect("cells fit in 32 bits");
-        let [x, layer, z] = [cell % nx, cell / nx % ny, cell / nx / ny];
+        let [x, layer, z] = system.domain.cell_at(cell);
         for (wall, distance) in [(0, particle.position.y), (1, height - particle.position.y)] {
             if [layer, ny - 1 - layer][wall] < 2 {
                 let relative = particle.velocity - wall_velocity(walls, wall);
@@ -211,7 +211,7 @@ fn ghosts(params: &WallGhosts, system: &System, scene: &Scene) -> Vec<Ghost> {
         for (x, z) in (0..nz).flat_map(|z| (0..nx).map(move |x| (x, z))) {
             let continued = params.velocity == "continued";
             let shear = if continued { scene.wall_shear[patches.index(wall, x, z)].shear } else { DVec3::ZERO };
-            let owner = (z * ny + layer) * nx + x;
+            let owner = system.domain.cell_index([x, layer, z]);
             for (i, u) in arrivals(draw, owner, system.fluid.density * (to - from)) {
                 let place = DVec3::new(u[1], from + u[3] * (to - from), u[2]);
                 let thermal = system.fluid.temperature.sqrt() * normals(draw.uniforms(owner, i, 1));

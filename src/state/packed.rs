@@ -170,7 +170,7 @@ pub fn sizes(system: &System, particles: u64) -> Sizes {
     let ghosts = system.species.iter().map(|s| s.ghosts(&system.fluid)).max().unwrap_or(0);
     Sizes {
         particles,
-        cells: cells.iter().map(|n| u64::from(*n)).product(),
+        cells: system.domain.cell_count(),
         wall_cells: if walled { 2 * u64::from(cells[0]) * u64::from(cells[2]) } else { 0 },
         wall_patches: if walled { smallest_patches(cells) } else { 0 },
         squirmers: u64::from(system.squirmer_count()),

@@ -114,7 +114,7 @@ pub struct Scene {
     pub state: State,
     /// Grid shift in a; cell = floor(position + shift), wrapped on periodic axes.
     pub shift: DVec3,
-    /// Per cell, x fastest: index = (z * ny + y) * nx + x.
+    /// Per number of a cell, see [`super::Domain::cell_index`].
     pub moments: Vec<Moments>,
     /// Per cell.
     pub operators: Vec<Operator>,
@@ -138,22 +138,21 @@ impl Scene {
     pub fn locate(&self, system: &System, position: DVec3) -> (usize, DVec3) {
         let cells = system.domain.cells();
         let shifted = position + self.shift;
-        let mut index = [0usize; 3];
+        let mut cell = [0; 3];
         let mut offset = DVec3::ZERO;
         for axis in 0..3 {
             let floor = shifted[axis].floor();
             offset[axis] = shifted[axis] - floor - 0.5;
             #[allow(clippy::cast_possible_truncation)]
-            let cell = (floor as i64).rem_euclid(i64::from(cells[axis]));
-            index[axis] = usize::try_from(cell).expect("a remainder is not negative");
+            let whole = (floor as i64).rem_euclid(i64::from(cells[axis]));
+            cell[axis] = u32::try_from(whole).expect("a remainder is not negative");
         }
-        let [nx, ny] = [cells[0] as usize, cells[1] as usize];
-        ((index[2] * ny + index[1]) * nx + index[0], offset)
+        (system.domain.cell_index(cell) as usize, offset)
     }
 
-    /// Number of collision cells.
+    /// Numbers that cells can have.
     #[must_use]
     pub fn cell_count(system: &System) -> usize {
-        system.domain.cells().iter().map(|n| *n as usize).product()
+        usize::try_from(system.domain.cell_count()).expect("cells fit in memory")
     }
 }

@@ -103,6 +103,9 @@ params! {
     }
 }
 
+/// Cells along each edge of a brick, within which cells are numbered one after the other.
+pub const BRICK: u32 = 4;
+
 /// The validated physical system: what every stage is told.
 #[derive(Debug, Clone, PartialEq)]
 pub struct System {
@@ -124,6 +127,36 @@ impl Domain {
     pub fn cells(&self) -> [u32; 3] {
         let [x, y, z] = self.size;
         [x, if self.walls.is_some() { y + 1 } else { y }, z]
+    }
+
+    /// Number of a cell: cells are counted brick by brick, so that neighbours in space are mostly neighbours in memory, x fastest
+    /// among the bricks and inside them. Bricks at the end of the grid may reach beyond it.
+    #[must_use]
+    pub fn cell_index(&self, cell: [u32; 3]) -> u32 {
+        let [nx, ny, _] = self.bricks();
+        let [x, y, z] = cell.map(|c| c / BRICK);
+        let [u, v, w] = cell.map(|c| c % BRICK);
+        ((z * ny + y) * nx + x) * BRICK.pow(3) + (w * BRICK + v) * BRICK + u
+    }
+
+    /// The cell of this number; it may lie beyond the grid.
+    #[must_use]
+    pub fn cell_at(&self, index: u32) -> [u32; 3] {
+        let [nx, ny, _] = self.bricks();
+        let (brick, within) = (index / BRICK.pow(3), index % BRICK.pow(3));
+        let corner = [brick % nx, brick / nx % ny, brick / nx / ny];
+        let place = [within % BRICK, within / BRICK % BRICK, within / BRICK / BRICK];
+        std::array::from_fn(|k| corner[k] * BRICK + place[k])
+    }
+
+    /// Numbers that cells can have: those of all bricks.
+    #[must_use]
+    pub fn cell_count(&self) -> u64 {
+        self.bricks().iter().map(|n| u64::from(n * BRICK)).product()
+    }
+
+    fn bricks(&self) -> [u32; 3] {
+        self.cells().map(|n| n.div_ceil(BRICK))
     }
 
     /// Length of one turn of the u32 coordinate along each axis. Across a slit it is 2 L, so that differences of
@@ -202,5 +235,31 @@ impl System {
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
         let n = (self.fluid.density * self.fluid_volume()).round().max(0.0) as u64;
         n
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::params::{Params, Values};
+
+    #[test]
+    fn every_cell_has_a_number_of_its_own() {
+        let walls = Some(Walls::from_values(&Values::defaults(&Walls::fields())));
+        let domain = Domain { size: [9, 10, 5], walls };
+        // 3 x 3 x 2 bricks; across the slit there are 11 cells.
+        assert_eq!(domain.cell_count(), 18 * 64);
+        let mut seen = vec![false; 18 * 64];
+        for x in 0..9 {
+            for (y, z) in (0..11).flat_map(|y| (0..5).map(move |z| (y, z))) {
+                let index = domain.cell_index([x, y, z]);
+                assert_eq!(domain.cell_at(index), [x, y, z]);
+                assert!(!std::mem::replace(&mut seen[index as usize], true));
+            }
+        }
+        assert_eq!(domain.cell_index([3, 0, 0]), 3);
+        assert_eq!(domain.cell_index([4, 0, 0]), 64);
+        assert_eq!(domain.cell_index([0, 1, 1]), 20);
+        assert_eq!(domain.cell_index([0, 4, 4]), 64 * (3 * 3 + 3));
     }
 }

@@ -141,11 +141,10 @@ fn fluid_and_squirmers_keep_momentum_and_angular_momentum() {
 
 /// The sums over a squirmer's ghosts about its centre: number, sum v, sum s, sum s x v, sum of s.s 1 - s s^T.
 fn about_centre(bench: &Bench) -> (f64, DVec3, DVec3, DVec3, DMat3) {
-    let [nx, ny, _] = bench.system().domain.cells().map(|n| n as usize);
     let centre = bench.scene.state.squirmers[0].position;
     let mut sums = (0.0, DVec3::ZERO, DVec3::ZERO, DVec3::ZERO, DMat3::ZERO);
     for (i, m) in bench.moments().iter().enumerate() {
-        let corner = DVec3::new((i % nx) as f64, (i / nx % ny) as f64, (i / nx / ny) as f64);
+        let corner = DVec3::from_array(bench.system().domain.cell_at(i as u32).map(f64::from));
         let c = corner + 0.5 - bench.scene.shift - centre;
         let xv = |a: usize, b: usize| m.xv.col(b)[a];
         let spin = DVec3::new(xv(1, 2) - xv(2, 1), xv(2, 0) - xv(0, 2), xv(0, 1) - xv(1, 0));

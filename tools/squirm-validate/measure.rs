@@ -1,7 +1,7 @@
 //! What is read off the fluid: sums over its particles, as the GPU holds them.
 
 use crate::case::{Row, Trouble};
-use glam::{DVec3, Vec3Swizzles};
+use glam::DVec3;
 use squirm::analyze::statistics::{Estimate, blocked, mean};
 use squirm::gpu::Session;
 use squirm::state::{Domain, State, packed};
@@ -103,17 +103,16 @@ impl Fluid {
         2.0 * sum / self.len() as f64
     }
 
-    /// Amplitudes of the six waves of the Beltrami flow of wave number k: v_x ~ sin kz, v_y ~ sin kx, v_z ~ sin ky and v_x ~ cos ky,
-    /// v_y ~ cos kz, v_z ~ cos kx.
-    pub fn beltrami(&self, k: f64) -> [f64; 6] {
-        let (mut sines, mut cosines) = (DVec3::ZERO, DVec3::ZERO);
+    /// Amplitudes of the waves v_x ~ sin kz and v_y ~ cos kz.
+    pub fn helix(&self, k: f64) -> [f64; 2] {
+        let (mut x, mut y) = (0.0, 0.0);
         for (r, v) in self.particles() {
-            sines += v * (k * r).map(f64::sin).zxy();
-            cosines += v * (k * r).map(f64::cos).yzx();
+            let (sine, cosine) = (k * r.z).sin_cos();
+            x += v.x * sine;
+            y += v.y * cosine;
         }
         let scale = 2.0 / self.len() as f64;
-        let (s, c) = (scale * sines, scale * cosines);
-        [s.x, s.y, s.z, c.x, c.y, c.z]
+        [scale * x, scale * y]
     }
 }
 
