@@ -5,6 +5,7 @@
 //!include particles
 //!include contribution
 //!include lanes
+//!include order
 
 @group(0) @binding(0) var<uniform> system: SystemUniform;
 @group(0) @binding(1) var<storage, read> positions: array<u32>;
@@ -15,6 +16,8 @@
 @group(0) @binding(6) var<storage, read_write> spills: array<atomic<u32>>;
 @group(0) @binding(7) var<storage, read_write> moments: array<u32>;
 @group(0) @binding(8) var<storage, read_write> faults: array<atomic<u32>>;
+@group(0) @binding(9) var<storage, read_write> order: array<u32>;
+@group(0) @binding(10) var<storage, read_write> order_end: array<atomic<u32>>;
 
 fn cell_here(p: vec3<u32>) -> Place {
     return locate(p, vec3<u32>(shift[0], shift[1], shift[2]));
@@ -73,13 +76,20 @@ fn with_particle(before: Sums, i: u32) -> Sums {
 fn gathered(cell: u32, part: u32) -> Sums {
     var s: Sums;
     let count = atomicLoad(&cell_counts[cell]);
+    let first = first_place(cell, part, count);
     for (var k = part; k < min(count, system.list_room); k += LANES) {
-        s = with_particle(s, cell_lists[cell * system.list_room + k]);
+        let particle = cell_lists[cell * system.list_room + k];
+        put_in_order(first + k, particle);
+        s = with_particle(s, particle);
     }
     if count > system.list_room && part == 0u {
+        var place = first + system.list_room;
         var entry = atomicLoad(&spills[spill_head(cell)]);
         while entry != 0u {
-            s = with_particle(s, atomicLoad(&spills[spill_entry(entry)]));
+            let particle = atomicLoad(&spills[spill_entry(entry)]);
+            put_in_order(place, particle);
+            s = with_particle(s, particle);
+            place++;
             entry = atomicLoad(&spills[spill_entry(entry) + 1u]);
         }
         atomicStore(&spills[spill_head(cell)], 0u);
@@ -126,8 +136,9 @@ fn store_sums(cell: u32, part: u32, s: Sums) {
 
 @compute @workgroup_size(WORKGROUP)
 fn gather(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
-    let i = invocation(group, groups, lane);
-    if i / LANES < system.cell_count {
+    // The cells fill whole workgroups.
+    if invocation(group, groups, 0u) < system.cell_count * LANES {
+        let i = invocation(group, groups, lane);
         store_sums(i / LANES, i % LANES, gathered(i / LANES, i % LANES));
     }
 }

@@ -2,6 +2,7 @@
 //!include dispatch
 //!include cells
 //!include particles
+//!include particles-anew
 
 @group(0) @binding(0) var<uniform> system: SystemUniform;
 @group(0) @binding(1) var<storage, read_write> positions: array<u32>;
@@ -98,14 +99,9 @@ fn scatter(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) gro
     if i >= system.particle_count {
         return;
     }
-    let position = position_at(i);
-    let velocity = velocity_at(i);
-    let cell = locate(position, vec3<u32>(shift[0], shift[1], shift[2])).cell;
-    let place = 3u * (block_sums[cell / BLOCK] + atomicAdd(&places[cell], 1u));
-    for (var k = 0u; k < 3u; k++) {
-        positions_sorted[place + k] = position[k];
-        velocities_sorted[place + k] = velocity[k];
-    }
+    let p = particle_at(i);
+    let cell = locate(p.position, vec3<u32>(shift[0], shift[1], shift[2])).cell;
+    store_particle_anew(block_sums[cell / BLOCK] + atomicAdd(&places[cell], 1u), p);
 }
 
 @compute @workgroup_size(WORKGROUP)

@@ -79,7 +79,7 @@ pub fn meaning(loaded: &Loaded) -> Meaning {
     let transport = rule(plan).map(|rule| rule.transport());
     let mut elements = sizes(system);
     elements.particles = *particles;
-    let bound = graph::fused::bound(plan).unwrap_or_default();
+    let bound = graph::fused::bound(plan, graph::Lanes::Four).unwrap_or_default();
     let buffers = memory(bound.iter().map(String::as_str), &elements);
     let mut memory: Vec<_> = buffers.into_iter().map(|(b, bytes)| (b.name, bytes)).collect();
     memory.extend(snapshots(plan, *particles));

@@ -200,6 +200,7 @@ pub fn mermaid(kernels: &[Kernel]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::shader::Lanes;
 
     fn kernels() -> Vec<Kernel> {
         let used = |name: &str, read, write| Use { buffer: name.into(), read, write };
@@ -257,7 +258,8 @@ sum    take (after apply)  r ·
     fn the_fused_table_names_what_shares_a_kernel() {
         let kinds = ["stream", "shift-grid", "cell-reduce", "rotate", "apply"];
         let stages: Vec<_> = kinds.map(|k| (crate::stages::find(k).expect("a stage"), 1, true)).to_vec();
-        let items = super::super::fused::items(&stages, super::super::fused::Occasion::Next).expect("valid");
+        let items =
+            super::super::fused::items(&stages, super::super::fused::Occasion::Next, Lanes::One).expect("valid");
         let sizes = Sizes { particles: 1000, cells: 100, ..Sizes::default() };
         let text = fused(&items, &stages, &sizes);
         assert!(text.contains("apply apply + stream stream + cell-reduce tally "), "{text}");

@@ -9,6 +9,12 @@ use crate::buffers::Extent;
 use crate::shader::{Lanes, Module, Over, Part, ShaderError, fuse};
 use crate::stages::{Entry, Phase};
 
+/// What changes places with what when particles are written in a new order.
+pub const REORDERED: [(&str, &str); 2] = [("positions", "positions_sorted"), ("velocities", "velocities_sorted")];
+
+/// The stage that sorts particles, of which there is no need where they are reordered in every step.
+pub const SORT: &str = "sort-reorder";
+
 /// One kernel of a stage as the fused plan runs it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Member {
@@ -42,6 +48,12 @@ pub enum Item {
 }
 
 impl Item {
+    /// Particles leave it in other places than they had.
+    #[must_use]
+    pub fn reorders(&self) -> bool {
+        self.members()[0].uses.iter().any(|u| u.buffer == REORDERED[0].1)
+    }
+
     /// What it reads and writes. Members that share a kernel hand particles, sums and operators on in registers.
     #[must_use]
     pub fn uses(&self) -> Vec<Use> {
@@ -56,6 +68,10 @@ impl Item {
         }
         if members.len() > 1 && members[0].makes_sums() {
             uses.retain(|u| u.buffer != "moments");
+        }
+        if self.reorders() {
+            let old = |u: &&mut Use| REORDERED.iter().any(|(old, _)| *old == u.buffer);
+            uses.iter_mut().filter(old).for_each(|u| u.write = false);
         }
         uses
     }
@@ -79,21 +95,30 @@ impl Item {
 
 /// Stages of a plan as [`items`] wants them; all of them run, or only those that run in every step.
 #[must_use]
-pub fn stages(plan: &Plan, all: bool) -> Vec<(&'static Entry, u32, bool)> {
-    let stage =
-        |s: &super::PlannedStage| (s.entry, (s.entry.repetitions)(&s.values), all || (s.entry.every)(&s.values) == 1);
-    plan.stages.iter().map(stage).collect()
+pub fn stages(plan: &Plan, all: bool, lanes: Lanes) -> Vec<(&'static Entry, u32, bool)> {
+    let runs = |s: &super::PlannedStage| match every(s, lanes) {
+        0 => false,
+        1 => true,
+        _ => all,
+    };
+    plan.stages.iter().map(|s| (s.entry, (s.entry.repetitions)(&s.values), runs(s))).collect()
+}
+
+/// Every how many steps a stage runs; 0: never.
+#[must_use]
+pub fn every(stage: &super::PlannedStage, lanes: Lanes) -> u64 {
+    if lanes.reorders() && stage.entry.kind == SORT { 0 } else { (stage.entry.every)(&stage.values) }
 }
 
 /// Buffers that a run of the plan binds, some of them more than once.
 ///
 /// # Errors
 /// If the WGSL of a stage is not valid.
-pub fn bound(plan: &Plan) -> Result<Vec<String>, ShaderError> {
+pub fn bound(plan: &Plan, lanes: Lanes) -> Result<Vec<String>, ShaderError> {
     let mut names = Vec::new();
     for all in [true, false] {
         for occasion in [Occasion::First, Occasion::Next, Occasion::Last] {
-            for item in items(&stages(plan, all), occasion)? {
+            for item in items(&stages(plan, all, lanes), occasion, lanes)? {
                 names.extend(item.members().iter().flat_map(|m| &m.uses).map(|u| u.buffer.clone()));
             }
         }
@@ -116,31 +141,35 @@ pub enum Occasion {
 ///
 /// # Errors
 /// If the WGSL of a stage is not valid.
-pub fn items(stages: &[(&'static Entry, u32, bool)], occasion: Occasion) -> Result<Vec<Item>, ShaderError> {
+pub fn items(
+    stages: &[(&'static Entry, u32, bool)],
+    occasion: Occasion,
+    lanes: Lanes,
+) -> Result<Vec<Item>, ShaderError> {
     let apply = stages.iter().position(|(entry, ..)| entry.kind == APPLY).unwrap_or(stages.len());
     let mut list = Vec::new();
     if occasion == Occasion::Next {
         for (stage, (entry, ..)) in stages.iter().enumerate() {
             for phase in entry.fused.map_or(&[] as &[Phase], |f| f.preface) {
-                list.push(member(entry, stage, *phase, (true, false, 0))?);
+                list.push(member(entry, stage, *phase, (true, false, 0), lanes)?);
             }
         }
     }
     if occasion != Occasion::First && apply < stages.len() {
         let late = occasion == Occasion::Next;
-        push(&mut list, stages, apply, late)?;
+        push(&mut list, stages, apply, late, lanes)?;
         for (stage, (entry, ..)) in stages.iter().enumerate() {
             for phase in entry.receive {
-                list.push(member(entry, stage, *phase, (false, late, 0))?);
+                list.push(member(entry, stage, *phase, (false, late, 0), lanes)?);
             }
         }
         for stage in apply + 1..stages.len() {
-            push(&mut list, stages, stage, late)?;
+            push(&mut list, stages, stage, late, lanes)?;
         }
     }
     if occasion != Occasion::Last {
         for stage in 0..apply {
-            push(&mut list, stages, stage, false)?;
+            push(&mut list, stages, stage, false, lanes)?;
         }
     }
     Ok(arranged(list, stages))
@@ -151,13 +180,14 @@ fn push(
     stages: &[(&'static Entry, u32, bool)],
     stage: usize,
     late: bool,
+    lanes: Lanes,
 ) -> Result<(), ShaderError> {
     let (entry, repetitions, runs) = stages[stage];
     let own = entry.fused.is_none_or(|f| f.phases.is_empty());
     let phases = if own { entry.phases } else { entry.fused.map_or(entry.phases, |f| f.phases) };
     for repetition in 0..if runs { repetitions } else { 0 } {
         for phase in phases {
-            list.push(member(entry, stage, *phase, (!own, late, repetition))?);
+            list.push(member(entry, stage, *phase, (!own, late, repetition), lanes)?);
         }
     }
     Ok(())
@@ -168,11 +198,17 @@ fn member(
     stage: usize,
     phase: Phase,
     (fused, late, repetition): (bool, bool, u32),
+    lanes: Lanes,
 ) -> Result<Member, ShaderError> {
-    let mut uses = uses(entry, phase.entry, fused)?;
+    let mut uses = uses(entry, phase.entry, fused.then_some(lanes))?;
     if late && entry.kind == APPLY {
         // By then the grid has been moved.
         uses.iter_mut().filter(|u| u.buffer == "shift").for_each(|u| "shift_before".clone_into(&mut u.buffer));
+        if lanes.reorders() {
+            uses.push(Use { buffer: "order".into(), read: true, write: false });
+            let written = |(_, new): (&str, &str)| Use { buffer: new.into(), read: false, write: true };
+            uses.extend(REORDERED.map(written));
+        }
     }
     Ok(Member { stage, phase, fused, late, repetition, uses })
 }
@@ -232,7 +268,7 @@ pub fn joint(members: &[Member], stages: &[(&'static Entry, u32, bool)], lanes: 
     };
     let parts: Vec<Part<'_>> = members.iter().map(part).collect();
     let over = if members[0].phase.over == Extent::Particles {
-        Over::Particles
+        Over::Particles { anew: Item::Joint(members.to_vec()).reorders() }
     } else {
         let sums = members[0].makes_sums();
         let first = &members[usize::from(sums)];

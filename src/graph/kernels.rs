@@ -64,7 +64,7 @@ fn push(
 ) -> Result<(), ShaderError> {
     let (entry, every_step) = stages[stage];
     for phase in phases {
-        let uses = uses(entry, phase.entry, false)?;
+        let uses = uses(entry, phase.entry, None)?;
         list.push(Kernel { stage, kind: entry.kind, entry: phase.entry, receive, every_step, uses });
     }
     Ok(())
@@ -90,13 +90,16 @@ pub fn constants(plan: &Plan) -> [(&'static str, f64); 3] {
 ///
 /// # Errors
 /// If the WGSL of the stage is not valid.
-pub fn uses(entry: &'static Entry, point: &'static str, fused: bool) -> Result<Vec<Use>, ShaderError> {
-    type Known = HashMap<(&'static str, bool), Vec<(String, Vec<Use>)>>;
+pub fn uses(entry: &'static Entry, point: &'static str, fused: Option<Lanes>) -> Result<Vec<Use>, ShaderError> {
+    type Known = HashMap<(&'static str, Option<Lanes>), Vec<(String, Vec<Use>)>>;
     static KNOWN: Mutex<Option<Known>> = Mutex::new(None);
     let mut guard = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
     let known = guard.get_or_insert_default();
     if let hash_map::Entry::Vacant(place) = known.entry((entry.kind, fused)) {
-        let module = if fused { entry.fused_module(Lanes::One)? } else { Some(entry.module()?) };
+        let module = match fused {
+            Some(lanes) => entry.fused_module(lanes)?,
+            None => Some(entry.module()?),
+        };
         let bound = |m: &Module, point: &str| {
             let bindings = m.bindings(point).iter();
             bindings.map(|b| Use { buffer: b.name.clone(), read: b.access.read, write: b.access.write }).collect()
@@ -112,7 +115,7 @@ pub fn uses(entry: &'static Entry, point: &'static str, fused: bool) -> Result<V
 #[must_use]
 pub fn makers(buffer: &str) -> Vec<&'static str> {
     let makes = |entry: &&'static Entry| {
-        let mut uses = entry.phases.iter().filter_map(|p| uses(entry, p.entry, false).ok()).flatten();
+        let mut uses = entry.phases.iter().filter_map(|p| uses(entry, p.entry, None).ok()).flatten();
         uses.find(|u| u.buffer == buffer).is_some_and(|u| u.write && !u.read)
     };
     REGISTRY.iter().filter(makes).map(|e| e.kind).collect()

@@ -7,6 +7,7 @@ pub mod kernels;
 pub mod plan;
 pub mod sizes;
 
+pub use crate::shader::Lanes;
 pub use kernels::{Kernel, Use, constants, kernels};
 pub use plan::{Output, Plan, PlannedStage};
 pub use sizes::{SHOWN, memory, sizes};

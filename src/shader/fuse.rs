@@ -22,7 +22,10 @@ pub struct Part<'a> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Over {
     /// Particles: functions `(i, Particle) -> Particle`.
-    Particles,
+    Particles {
+        /// Each is read where `order` says and written in its new place.
+        anew: bool,
+    },
     /// Cells: functions `(cell, Moments, Operator) -> Operator` after a first `(cell, part) -> Sums` or the moments in memory.
     Cells {
         /// The first function makes the sums.
@@ -32,13 +35,14 @@ pub enum Over {
     },
 }
 
-/// How many invocations share the sums over one cell.
+/// How many invocations share the sums over one cell, and what goes with it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
 pub enum Lanes {
-    /// One: what suits a CPU.
+    /// One: what suits a CPU. Particles stay where they are in memory until they are sorted.
     #[default]
     One,
-    /// Four neighbours of a subgroup: more loads under way at a time, which suits a GPU.
+    /// Four neighbours of a subgroup: more loads under way at a time, which suits a GPU. Particles are in the order of the cells in every
+    /// step.
     Four,
 }
 
@@ -52,12 +56,20 @@ impl Lanes {
         }
     }
 
-    /// WGSL that includes `lanes` for one invocation, for this many.
+    /// Whether particles change their places in memory with every step.
+    #[must_use]
+    pub fn reorders(self) -> bool {
+        self == Self::Four
+    }
+
+    /// WGSL that includes `lanes` and `order` for one invocation, for this many.
     #[must_use]
     pub fn chosen(self, wgsl: &str) -> String {
         match self {
             Self::One => wgsl.to_owned(),
-            Self::Four => wgsl.replace("//!include lanes\n", "//!include lanes-four\n"),
+            Self::Four => wgsl
+                .replace("//!include lanes\n", "//!include lanes-four\n")
+                .replace("//!include order\n", "//!include order-made\n"),
         }
     }
 }
@@ -78,13 +90,23 @@ pub fn settings_name(kind: &str) -> String {
 pub fn fuse(parts: &[Part<'_>], over: Over, lanes: Lanes) -> Result<Module, ShaderError> {
     let mut includes = vec!["dispatch".to_owned()];
     includes.extend(match over {
-        Over::Particles => vec!["particles-store".to_owned()],
+        Over::Particles { anew: false } => vec!["particles-store".to_owned()],
+        Over::Particles { anew: true } => vec!["particles".to_owned(), "particles-anew".to_owned()],
         Over::Cells { sums, operators } => {
             let loads = [(!sums).then_some("moments-load"), operators.then_some("operator-load")];
             loads.into_iter().flatten().chain(["lanes", "operator-store"]).map(str::to_owned).collect()
         }
     });
     let (mut bindings, mut bodies, mut declarations) = (Vec::new(), String::new(), String::new());
+    if over == (Over::Particles { anew: true }) {
+        let bound =
+            |name: &str, ty: &str| Bound { name: name.into(), space: "storage, read_write".into(), ty: ty.into() };
+        bindings.extend([
+            bound("order", "array<u32>"),
+            bound("positions_sorted", "array<u32>"),
+            bound("velocities_sorted", "array<f32>"),
+        ]);
+    }
     for (k, part) in parts.iter().enumerate() {
         if parts[..k].iter().all(|p| p.kind != part.kind) {
             declarations.push_str(part.settings);
@@ -156,7 +178,7 @@ fn bind(line: &str, part: &Part<'_>, bindings: &mut Vec<Bound>) {
 
 fn entry(parts: &[Part<'_>], over: Over) -> String {
     let lines = match over {
-        Over::Particles => each_particle(parts),
+        Over::Particles { anew } => each_particle(parts, anew),
         Over::Cells { sums, operators } => each_cell(parts, sums, operators),
     };
     format!(
@@ -167,21 +189,27 @@ fn entry(parts: &[Part<'_>], over: Over) -> String {
     )
 }
 
-fn each_particle(parts: &[Part<'_>]) -> Vec<String> {
-    let mut lines: Vec<String> =
-        ["let i = index;", "if i >= system.particle_count { return; }", "var p = particle_at(i);"]
-            .map(str::to_owned)
-            .to_vec();
+fn each_particle(parts: &[Part<'_>], anew: bool) -> Vec<String> {
+    let (from, store) = if anew { ("order[i]", "store_particle_anew") } else { ("i", "store_particle") };
+    let mut lines = vec![
+        "let i = index;".to_owned(),
+        "if i >= system.particle_count { return; }".to_owned(),
+        format!("var p = particle_at({from});"),
+    ];
     lines.extend(parts.iter().map(|part| format!("p = {}(i, p);", part.function)));
-    lines.push("store_particle(i, p);".to_owned());
+    lines.push(format!("{store}(i, p);"));
     lines
 }
 
 fn each_cell(parts: &[Part<'_>], sums: bool, operators: bool) -> Vec<String> {
-    let mut lines: Vec<String> =
-        ["let i = index / LANES;", "let part = index % LANES;", "if i >= system.cell_count { return; }"]
-            .map(str::to_owned)
-            .to_vec();
+    // The cells fill whole workgroups.
+    let mut lines: Vec<String> = [
+        "if invocation(group, groups, 0u) >= system.cell_count * LANES { return; }",
+        "let i = index / LANES;",
+        "let part = index % LANES;",
+    ]
+    .map(str::to_owned)
+    .to_vec();
     lines.push(if sums {
         format!("let m = moments_of({}(i, part));", parts[0].function)
     } else {

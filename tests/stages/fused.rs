@@ -105,7 +105,7 @@ fn too_many_particles_beyond_the_lists_are_a_fault() {
 /// Kinds that share a kernel, in order.
 fn shared(kinds: &[&str], occasion: Occasion) -> Vec<Vec<&'static str>> {
     let stages: Vec<_> = kinds.iter().map(|k| (stages::find(k).expect("a stage"), 1, *k != "sort-reorder")).collect();
-    let items = items(&stages, occasion).expect("valid");
+    let items = items(&stages, occasion, Lanes::Four).expect("valid");
     let joint = items.iter().filter(|i| matches!(i, Item::Joint(_)));
     joint.map(|i| i.members().iter().map(|m| stages[m.stage].0.kind).collect()).collect()
 }
