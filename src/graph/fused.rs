@@ -18,6 +18,8 @@ pub struct Member {
     pub phase: Phase,
     /// The entry point is in the stage's WGSL for the fused plan.
     pub fused: bool,
+    /// Several invocations may share each of its elements.
+    pub shared: bool,
     /// It belongs to the step before: its random numbers and its repetition are that step's.
     pub late: bool,
     /// Which repetition of the stage it belongs to.
@@ -63,8 +65,7 @@ impl Item {
     /// Invocations for each of its elements.
     #[must_use]
     pub fn lanes(&self, lanes: Lanes) -> u64 {
-        let first = &self.members()[0];
-        if first.fused && first.makes_sums() { lanes.count() } else { 1 }
+        if self.members()[0].shared { lanes.count() } else { 1 }
     }
 
     /// The kernels in it.
@@ -130,9 +131,7 @@ pub fn items(stages: &[(&'static Entry, u32, bool)], occasion: Occasion) -> Resu
         let late = occasion == Occasion::Next;
         push(&mut list, stages, apply, late)?;
         for (stage, (entry, ..)) in stages.iter().enumerate() {
-            for phase in entry.receive {
-                list.push(member(entry, stage, *phase, (false, late, 0))?);
-            }
+            enter(&mut list, entry, stage, entry.receive, (late, 0))?;
         }
         for stage in apply + 1..stages.len() {
             push(&mut list, stages, stage, late)?;
@@ -153,12 +152,21 @@ fn push(
     late: bool,
 ) -> Result<(), ShaderError> {
     let (entry, repetitions, runs) = stages[stage];
-    let own = entry.fused.is_none_or(|f| f.phases.is_empty());
-    let phases = if own { entry.phases } else { entry.fused.map_or(entry.phases, |f| f.phases) };
     for repetition in 0..if runs { repetitions } else { 0 } {
-        for phase in phases {
-            list.push(member(entry, stage, *phase, (!own, late, repetition))?);
-        }
+        enter(list, entry, stage, entry.phases, (late, repetition))?;
+    }
+    Ok(())
+}
+
+fn enter(
+    list: &mut Vec<Member>,
+    entry: &'static Entry,
+    stage: usize,
+    phases: &[Phase],
+    (late, repetition): (bool, u32),
+) -> Result<(), ShaderError> {
+    for (phase, fused) in phases.iter().flat_map(|p| entry.fused_phases(*p)) {
+        list.push(member(entry, stage, phase, (fused, late, repetition))?);
     }
     Ok(())
 }
@@ -174,7 +182,8 @@ fn member(
         // By then the grid has been moved.
         uses.iter_mut().filter(|u| u.buffer == "shift").for_each(|u| "shift_before".clone_into(&mut u.buffer));
     }
-    Ok(Member { stage, phase, fused, late, repetition, uses })
+    let shared = entry.shared.contains(&phase.entry);
+    Ok(Member { stage, phase, fused, shared, late, repetition, uses })
 }
 
 /// One of them writes what the other uses. Faults are flags that are only ever added.
@@ -224,7 +233,7 @@ pub fn joint(members: &[Member], stages: &[(&'static Entry, u32, bool)], lanes: 
         let entry = stages[m.stage].0;
         Part {
             kind: entry.kind,
-            wgsl: if m.fused { entry.fused.map_or("", |f| f.wgsl) } else { entry.wgsl },
+            wgsl: entry.text(m.fused),
             settings: entry.uniform_wgsl,
             function: entry.function(m.phase.entry).unwrap_or_default(),
             late: m.late,

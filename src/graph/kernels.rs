@@ -96,12 +96,12 @@ pub fn uses(entry: &'static Entry, point: &'static str, fused: bool) -> Result<V
     let mut guard = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
     let known = guard.get_or_insert_default();
     if let hash_map::Entry::Vacant(place) = known.entry((entry.kind, fused)) {
-        let module = if fused { entry.fused_module(Lanes::One)? } else { Some(entry.module()?) };
+        let module = entry.fused_module(fused, Lanes::One)?;
         let bound = |m: &Module, point: &str| {
             let bindings = m.bindings(point).iter();
             bindings.map(|b| Use { buffer: b.name.clone(), read: b.access.read, write: b.access.write }).collect()
         };
-        let points = module.iter().flat_map(|m| m.entry_points().map(|p| (p.to_owned(), bound(m, p)))).collect();
+        let points = module.entry_points().map(|p| (p.to_owned(), bound(&module, p))).collect();
         place.insert(points);
     }
     let points = &known[&(entry.kind, fused)];

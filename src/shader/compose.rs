@@ -14,6 +14,7 @@ const LIBRARY: &[(&str, &str)] = &[
     ("dispatch", include_str!("../../shaders/lib/dispatch.wgsl")),
     ("exact", include_str!("../../shaders/lib/exact.wgsl")),
     ("ghosts", include_str!("../../shaders/lib/ghosts.wgsl")),
+    ("impulse-fixed", include_str!("../../shaders/lib/impulse-fixed.wgsl")),
     ("impulse", include_str!("../../shaders/lib/impulse.wgsl")),
     ("lanes", include_str!("../../shaders/lib/lanes.wgsl")),
     ("lanes-four", include_str!("../../shaders/lib/lanes-four.wgsl")),
@@ -34,7 +35,9 @@ const LIBRARY: &[(&str, &str)] = &[
     ("steric", include_str!("../../shaders/lib/steric.wgsl")),
     ("symmetric", include_str!("../../shaders/lib/symmetric.wgsl")),
     ("wall-impulse", include_str!("../../shaders/lib/wall-impulse.wgsl")),
+    ("workgroup-partial", include_str!("../../shaders/lib/workgroup-partial.wgsl")),
     ("workgroup-sum", include_str!("../../shaders/lib/workgroup-sum.wgsl")),
+    ("workgroup-sum-subgroups", include_str!("../../shaders/lib/workgroup-sum-subgroups.wgsl")),
     ("wide", include_str!("../../shaders/lib/wide.wgsl")),
 ];
 

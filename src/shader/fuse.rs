@@ -32,13 +32,13 @@ pub enum Over {
     },
 }
 
-/// How many invocations share the sums over one cell.
+/// How many invocations share the work for one cell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
 pub enum Lanes {
     /// One: what suits a CPU.
     #[default]
     One,
-    /// Four neighbours of a subgroup: more loads under way at a time, which suits a GPU.
+    /// Four neighbours of a subgroup: more loads under way at a time, which suits a GPU. Sums over a workgroup use subgroups, too.
     Four,
 }
 
@@ -52,12 +52,14 @@ impl Lanes {
         }
     }
 
-    /// WGSL that includes `lanes` for one invocation, for this many.
+    /// WGSL that includes `lanes` for one invocation and `workgroup-sum` for any adapter, for this many and for subgroups.
     #[must_use]
     pub fn chosen(self, wgsl: &str) -> String {
         match self {
             Self::One => wgsl.to_owned(),
-            Self::Four => wgsl.replace("//!include lanes\n", "//!include lanes-four\n"),
+            Self::Four => wgsl
+                .replace("//!include lanes\n", "//!include lanes-four\n")
+                .replace("//!include workgroup-sum\n", "//!include workgroup-sum-subgroups\n"),
         }
     }
 }
