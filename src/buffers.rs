@@ -399,8 +399,20 @@ pub const CATALOGUE: &[Buffer] = &[
     buffer("squirmer_map", Scratch, Cells, 8, "squirmers near each cell: a count and up to seven indices"),
     buffer("bin_heads", Scratch, Bins, 1, "first squirmer of each bin, index + 1"),
     buffer("bin_next", Scratch, Squirmers, 1, "next squirmer of the same bin, index + 1"),
-    buffer("cell_counts", Scratch, Cells, 1, "particles per cell, zero after the sums over them"),
-    buffer("cell_lists", Scratch, Lists, 1, "particles of each cell, as many as its list has room for"),
+    buffer(
+        "cell_counts",
+        Scratch,
+        Cells,
+        1,
+        "particles per cell, then ghosts of squirmers, zero after the sums over either",
+    ),
+    buffer(
+        "cell_lists",
+        Scratch,
+        Lists,
+        1,
+        "particles of each cell, then ghosts of squirmers, as many as its list has room for",
+    ),
     buffer(
         "spills",
         Scratch,

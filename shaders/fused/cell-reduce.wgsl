@@ -14,7 +14,7 @@
 @group(0) @binding(4) var<storage, read_write> cell_counts: array<atomic<u32>>;
 @group(0) @binding(5) var<storage, read_write> cell_lists: array<u32>;
 @group(0) @binding(6) var<storage, read_write> spills: array<atomic<u32>>;
-@group(0) @binding(7) var<storage, read_write> moments: array<u32>;
+@group(0) @binding(7) var<storage, read_write> moments: array<vec4<u32>>;
 @group(0) @binding(8) var<storage, read_write> faults: array<atomic<u32>>;
 @group(0) @binding(9) var<storage, read_write> order: array<u32>;
 @group(0) @binding(10) var<storage, read_write> order_end: array<atomic<u32>>;
@@ -105,32 +105,34 @@ fn gathered(cell: u32, part: u32) -> Sums {
     return s;
 }
 
-fn store_signed(word: u32, a: vec3<i32>) {
-    moments[word] = bitcast<u32>(a.x);
-    moments[word + 1u] = bitcast<u32>(a.y);
-    moments[word + 2u] = bitcast<u32>(a.z);
-}
-
-// Each invocation of the cell stores its share.
+// Each invocation of the cell stores its share of the six vectors.
 fn store_sums(cell: u32, part: u32, s: Sums) {
-    let w = cell * MOMENT_WORDS;
+    let k = 6u * cell;
+    let v = bitcast<vec3<u32>>(s.v);
+    let x = bitcast<vec3<u32>>(s.x);
+    let xv0 = bitcast<vec3<u32>>(s.xv0);
+    let xv1 = bitcast<vec3<u32>>(s.xv1);
+    let xv2 = bitcast<vec3<u32>>(s.xv2);
     if part == 0u {
-        moments[w] = s.count;
-        store_signed(w + 1u, s.v);
-        moments[w + 4u] = s.energy;
-        moments[w + 5u] = s.coarse;
+        moments[k] = vec4<u32>(s.count, v);
     }
     if part == 1u % LANES {
-        store_signed(w + 6u, s.x);
-        store_signed(w + 9u, s.diagonal);
+        moments[k + 1u] = vec4<u32>(s.energy, s.coarse, x.xy);
+    }
+    if !PLACES {
+        return;
     }
     if part == 2u % LANES {
-        store_signed(w + 12u, s.mixed);
-        store_signed(w + 15u, s.xv0);
+        moments[k + 2u] = vec4<u32>(x.z, bitcast<vec3<u32>>(s.diagonal));
     }
     if part == 3u % LANES {
-        store_signed(w + 18u, s.xv1);
-        store_signed(w + 21u, s.xv2);
+        moments[k + 3u] = vec4<u32>(bitcast<vec3<u32>>(s.mixed), xv0.x);
+    }
+    if part == 0u {
+        moments[k + 4u] = vec4<u32>(xv0.yz, xv1.xy);
+    }
+    if part == 1u % LANES {
+        moments[k + 5u] = vec4<u32>(xv1.z, xv2);
     }
 }
 

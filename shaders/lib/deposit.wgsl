@@ -1,4 +1,4 @@
-// Adds one particle to the moments of its cell. The including file binds `moments` and `faults` as atomics.
+// Adds particles to the moments of their cell. The including file binds `moments` and `faults` as atomics.
 //!include contribution
 
 fn deposit3(word: u32, a: vec3<i32>) {
@@ -32,4 +32,41 @@ fn deposit(one: u32, cell: u32, x: vec3<f32>, v: vec3<f32>) {
         return;
     }
     deposit_sums(cell, contribution(one, x, v));
+}
+
+// The sums with one more, x from the cell's centre.
+fn with_one(before: Sums, one: u32, x: vec3<f32>, v: vec3<f32>) -> Sums {
+    let fault = fault_of(square_of(v));
+    if fault != 0u {
+        atomicOr(&faults[0], fault);
+        return before;
+    }
+    return sum_of(before, contribution(one, x, v));
+}
+
+fn deposit4(word: u32, part: u32, parts: u32, a: vec4<u32>) {
+    for (var k = part; k < 4u; k += parts) {
+        atomicAdd(&moments[word + k], a[k]);
+    }
+}
+
+// What one of a cell's invocations, number `part` of one or four, adds of sums that all of them have: neighbours take neighbouring words.
+fn deposit_part(cell: u32, part: u32, parts: u32, s: Sums) {
+    if s.count == 0u {
+        return;
+    }
+    let word = cell * MOMENT_WORDS;
+    let x = bitcast<vec3<u32>>(s.x);
+    deposit4(word, part, parts, vec4<u32>(s.count, bitcast<vec3<u32>>(s.v)));
+    deposit4(word + 4u, part, parts, vec4<u32>(s.energy, s.coarse, x.xy));
+    if !PLACES {
+        return;
+    }
+    let mixed = bitcast<vec3<u32>>(s.mixed);
+    let xv0 = bitcast<vec3<u32>>(s.xv0);
+    let xv1 = bitcast<vec3<u32>>(s.xv1);
+    deposit4(word + 8u, part, parts, vec4<u32>(x.z, bitcast<vec3<u32>>(s.diagonal)));
+    deposit4(word + 12u, part, parts, vec4<u32>(mixed, xv0.x));
+    deposit4(word + 16u, part, parts, vec4<u32>(xv0.yz, xv1.xy));
+    deposit4(word + 20u, part, parts, vec4<u32>(xv1.z, bitcast<vec3<u32>>(s.xv2)));
 }

@@ -1,18 +1,10 @@
 // Momentum and angular momentum handed to squirmers, as wide sums. The including file binds `impulses` and `faults` as atomics.
 // Words of a squirmer: six (low, high) pairs: force x time x, y, z; torque x time x, y, z.
 //!include wide
+//!include impulse-fixed
 const IMPULSE_WORDS: u32 = 12u;
 const FORCE_SCALE: f32 = 16777216.0;
 const TORQUE_SCALE: f32 = 1048576.0;
-
-fn impulse_fixed(j: vec3<f32>, scale: f32) -> vec3<i32> {
-    let f = j * scale;
-    if !all(abs(f) < vec3<f32>(2147483000.0)) {
-        atomicOr(&faults[0], FAULT_IMPULSE);
-        return vec3<i32>(0);
-    }
-    return vec3<i32>(round(f));
-}
 
 fn add_wide_impulse(word: u32, low: i32) {
     let high = carry(atomicAdd(&impulses[word], bitcast<u32>(low)), low);

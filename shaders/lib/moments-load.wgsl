@@ -1,22 +1,27 @@
-// Reads a cell's moments. The including file binds `moments` for reading.
+// Reads a cell's moments. The including file binds `moments` for reading, as vectors of four words.
 //!include moments
-
-fn signed_at(word: u32) -> vec3<i32> {
-    return vec3<i32>(bitcast<i32>(moments[word]), bitcast<i32>(moments[word + 1u]), bitcast<i32>(moments[word + 2u]));
-}
+//!include places
 
 fn moments_at(cell: u32) -> Moments {
-    let w = cell * MOMENT_WORDS;
+    let k = 6u * cell;
+    let a = moments[k];
+    let b = moments[k + 1u];
     var s: Sums;
-    s.count = moments[w];
-    s.v = signed_at(w + 1u);
-    s.energy = moments[w + 4u];
-    s.coarse = moments[w + 5u];
-    s.x = signed_at(w + 6u);
-    s.diagonal = signed_at(w + 9u);
-    s.mixed = signed_at(w + 12u);
-    s.xv0 = signed_at(w + 15u);
-    s.xv1 = signed_at(w + 18u);
-    s.xv2 = signed_at(w + 21u);
+    s.count = a.x;
+    s.v = bitcast<vec3<i32>>(a.yzw);
+    s.energy = b.x;
+    s.coarse = b.y;
+    if PLACES {
+        let c = moments[k + 2u];
+        let d = moments[k + 3u];
+        let e = moments[k + 4u];
+        let f = moments[k + 5u];
+        s.x = bitcast<vec3<i32>>(vec3<u32>(b.zw, c.x));
+        s.diagonal = bitcast<vec3<i32>>(c.yzw);
+        s.mixed = bitcast<vec3<i32>>(d.xyz);
+        s.xv0 = bitcast<vec3<i32>>(vec3<u32>(d.w, e.xy));
+        s.xv1 = bitcast<vec3<i32>>(vec3<u32>(e.zw, f.x));
+        s.xv2 = bitcast<vec3<i32>>(f.yzw);
+    }
     return moments_of(s);
 }

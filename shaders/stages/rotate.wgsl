@@ -7,7 +7,7 @@
 
 @group(0) @binding(0) var<uniform> system: SystemUniform;
 @group(0) @binding(1) var<uniform> settings: RotateSettings;
-@group(0) @binding(2) var<storage, read> moments: array<u32>;
+@group(0) @binding(2) var<storage, read> moments: array<vec4<u32>>;
 @group(0) @binding(3) var<storage, read_write> operators: array<vec4<f32>>;
 @group(0) @binding(4) var<storage, read_write> faults: array<atomic<u32>>;
 var<immediate> now: Now;

@@ -1,7 +1,6 @@
 // squirmer-fill: ghost particles inside the squirmers take part in the collision, so that the fluid meets a full cell moving with
 // the surface (Theers et al. 2016). Ghosts are drawn in registers from counters and never stored.
 //!include dispatch
-//!include cells
 //!include ghosts
 //!include deposit
 //!include operator-load
@@ -27,6 +26,12 @@ var<immediate> now: Now;
 const SUM_WORDS: u32 = 30u;
 const SUM_SCALE: f32 = 262144.0;
 
+fn collect3(lane: u32, sum: u32, values: vec3<i32>) {
+    collect(lane, sum, values.x);
+    collect(lane, sum + 1u, values.y);
+    collect(lane, sum + 2u, values.z);
+}
+
 @compute @workgroup_size(WORKGROUP)
 fn clear_sums(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
     let i = invocation(group, groups, lane);
@@ -49,16 +54,11 @@ fn sum(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups:
         let kind = species[squirmers[i].species];
         if index < kind.ghosts && settings.equipartition == 1u {
             let g = ghost(i, index, kind, squirmers[i].orientation, settings.continued == 1u);
-            let spin = cross3(g.s, g.random);
-            for (var k = 0u; k < 3u; k++) {
-                collect(k, i32(round(g.s[k] * SUM_SCALE)));
-                collect(3u + k, i32(round(g.random[k] * SUM_SCALE)));
-                collect(6u + k, i32(round(spin[k] * SUM_SCALE)));
-                collect(9u + k, i32(round(g.s[k] * g.s[k] * SUM_SCALE)));
-            }
-            collect(12u, i32(round(g.s.x * g.s.y * SUM_SCALE)));
-            collect(13u, i32(round(g.s.x * g.s.z * SUM_SCALE)));
-            collect(14u, i32(round(g.s.y * g.s.z * SUM_SCALE)));
+            collect3(lane, 0u, fixed3(g.s * SUM_SCALE));
+            collect3(lane, 3u, fixed3(g.random * SUM_SCALE));
+            collect3(lane, 6u, fixed3(cross3(g.s, g.random) * SUM_SCALE));
+            collect3(lane, 9u, fixed3(g.s * g.s * SUM_SCALE));
+            collect3(lane, 12u, fixed3(vec3<f32>(g.s.x * g.s.y, g.s.x * g.s.z, g.s.y * g.s.z) * SUM_SCALE));
         }
     }
     workgroupBarrier();
@@ -110,16 +110,6 @@ fn prepare(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) gro
     }
 }
 
-fn moving_ghost(i: u32, g: Ghost) -> vec3<f32> {
-    let linear = vec3<f32>(ghost_motion[8u * i], ghost_motion[8u * i + 1u], ghost_motion[8u * i + 2u]);
-    let angular = vec3<f32>(ghost_motion[8u * i + 4u], ghost_motion[8u * i + 5u], ghost_motion[8u * i + 6u]);
-    return linear + cross3(angular, g.s) + g.slip + g.random;
-}
-
-fn ghost_place(i: u32, g: Ghost) -> Place {
-    return locate(squirmers[i].position + to_units(g.s), vec3<u32>(shift[0], shift[1], shift[2]));
-}
-
 @compute @workgroup_size(WORKGROUP)
 fn fill(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
     let first = invocation(group, groups, 0u);
@@ -133,7 +123,7 @@ fn fill(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups
         return;
     }
     let g = ghost(i, index, kind, squirmers[i].orientation, settings.continued == 1u);
-    let place = ghost_place(i, g);
+    let place = ghost_place(i, g.s);
     deposit(ONE_GHOST, place.cell, place.offset, moving_ghost(i, g));
 }
 
@@ -148,15 +138,11 @@ fn receive(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) gro
         let kind = species[squirmers[i].species];
         if index < kind.ghosts {
             let g = ghost(i, index, kind, squirmers[i].orientation, settings.continued == 1u);
-            let place = ghost_place(i, g);
+            let place = ghost_place(i, g.s);
             let v = moving_ghost(i, g);
             let gain = collided(operator_at(place.cell), place.offset, v) - v;
-            let force = impulse_fixed(gain, FORCE_SCALE);
-            let torque = impulse_fixed(cross3(g.s, gain), TORQUE_SCALE);
-            for (var k = 0u; k < 3u; k++) {
-                collect(k, force[k]);
-                collect(3u + k, torque[k]);
-            }
+            collect3(lane, 0u, impulse_fixed(gain, FORCE_SCALE));
+            collect3(lane, 3u, impulse_fixed(cross3(g.s, gain), TORQUE_SCALE));
         }
     }
     workgroupBarrier();

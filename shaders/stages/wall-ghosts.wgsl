@@ -6,7 +6,9 @@
 //!include cells
 //!include exact
 //!include deposit
+//!include lanes
 //!include operator-load
+//!include impulse-fixed
 //!include wall-impulse
 //!include workgroup-sum
 
@@ -36,6 +38,8 @@ struct Cut {
     wall: u32,
     low: f32,
     high: f32,
+    // The mean number of ghosts in it, in the unit of `arrival`.
+    expected: f32,
     // By which the ghosts' velocity falls with the distance behind the wall.
     shear: vec3<f32>,
 }
@@ -75,13 +79,14 @@ fn cut(i: u32) -> Cut {
     let layer = system.cells.x * system.cells.z;
     let wall = i / layer;
     let k = i % layer;
-    // Share of a cell by which the grid is shifted: layer 0 begins that much below the low wall.
-    let behind = f32(shift[1]) * system.cell_per_unit.y;
+    // Layer 0 begins below the low wall by the share of a cell by which the grid is shifted.
+    let plane = fma(f32(shift[1]), system.cell_per_unit.y, -0.5);
     var c: Cut;
     c.wall = wall;
     c.cell = cell_index(vec3<u32>(k % system.cells.x, wall * (system.cells.y - 1u), k / system.cells.x));
-    c.low = select(-0.5, behind - 0.5, wall == 1u);
-    c.high = select(behind - 0.5, 0.5, wall == 1u);
+    c.low = select(-0.5, plane, wall == 1u);
+    c.high = select(plane, 0.5, wall == 1u);
+    c.expected = system.density * (c.high - c.low) * LOG2_E;
     if settings.continued == 1u {
         let word = wall_patch(i) * WALL_SHEAR_WORDS + 3u;
         c.shear = vec3<f32>(wall_shear[word], 0.0, wall_shear[word + 1u]);
@@ -89,15 +94,19 @@ fn cut(i: u32) -> Cut {
     return c;
 }
 
-// Ghost `index` arrives `gap` after the one before; the process ends when the arrivals exceed the expected number.
+const LOG2_E: f32 = 1.4426950408889634;
+
+// By how much a ghost arrives after the one before; the process ends when the arrivals exceed the expected number. In units of ln 2, as
+// adapters compute logarithms: a factor might be contracted with the sum over arrivals in one kernel and not in the next.
 fn arrival(u: vec4<f32>) -> f32 {
-    return -log(u.x);
+    return max(0.0, -log2(u.x));
 }
 
 fn wall_ghost(c: Cut, index: u32, u: vec4<f32>) -> WallGhost {
     var g: WallGhost;
     g.x = vec3<f32>(u.y - 0.5, fma(u.w, c.high - c.low, c.low), u.z - 0.5);
-    g.v = wall_velocity(c.wall) + system.thermal_speed * normals(uniforms(PURPOSE_WALL_GHOST, c.cell, index, 1u));
+    let random = normals(uniforms(PURPOSE_WALL_GHOST, c.cell, index, 1u));
+    g.v = fma(vec3<f32>(system.thermal_speed), random, wall_velocity(c.wall));
     if settings.continued == 1u {
         let depth = select(c.high - g.x.y, g.x.y - c.low, c.wall == 1u);
         g.v = fma(c.shear, vec3<f32>(-depth), g.v);
@@ -168,7 +177,7 @@ fn observe(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) gro
         atomicStore(&mixed, 1u);
     }
     for (var k = 0u; k < 3u; k++) {
-        collect(k, share[k]);
+        collect(lane, k, share[k]);
     }
     workgroupBarrier();
     // All columns of a large patch would otherwise wait for the same words.
@@ -214,53 +223,57 @@ fn average(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) gro
     }
 }
 
+// Of a cell's invocations each takes every LANES-th ghost; `max_count` is a multiple of their number.
 @compute @workgroup_size(WORKGROUP)
 fn fill(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
-    let i = invocation(group, groups, lane);
+    let i = invocation(group, groups, lane) / LANES;
+    let part = lane % LANES;
     if i >= wall_cells() {
         return;
     }
     let c = cut(i);
-    let expected = system.density * (c.high - c.low);
     var time = 0.0;
     var sums: Sums;
-    for (var index = 0u; index < system.max_count; index++) {
+    for (var index = part; index < system.max_count && time < c.expected; index += LANES) {
         let u = uniforms(PURPOSE_WALL_GHOST, c.cell, index, 0u);
-        time += arrival(u);
-        if time >= expected {
-            break;
+        let arrived = added_in_order(time, arrival(u), part);
+        time = arrived.y;
+        if arrived.x < c.expected {
+            let g = wall_ghost(c, index, u);
+            sums = with_one(sums, ONE_GHOST, g.x, g.v);
         }
-        let g = wall_ghost(c, index, u);
-        let fault = fault_of(square_of(g.v));
-        if fault != 0u {
-            atomicOr(&faults[0], fault);
-            continue;
-        }
-        sums = sum_of(sums, contribution(ONE_GHOST, g.x, g.v));
     }
-    deposit_sums(c.cell, sums);
+    deposit_part(c.cell, part, LANES, added_across_lanes(sums));
 }
 
-// What the ghosts gain in the collision is the wall's.
+// What the ghosts gain in the collision is the wall's. Gains are summed in fixed point, in halves of 16 bits so that no sum of i32 over
+// `max_count` ghosts can overflow; one that is no i32 is a fault.
 @compute @workgroup_size(WORKGROUP)
 fn receive(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
-    let i = invocation(group, groups, lane);
+    let i = invocation(group, groups, lane) / LANES;
+    let part = lane % LANES;
     if i >= wall_cells() {
         return;
     }
     let c = cut(i);
-    let expected = system.density * (c.high - c.low);
     let o = operator_at(c.cell);
     var time = 0.0;
-    var gain = vec3<f32>(0.0);
-    for (var index = 0u; index < system.max_count; index++) {
+    var low = vec3<i32>(0);
+    var high = vec3<i32>(0);
+    for (var index = part; index < system.max_count && time < c.expected; index += LANES) {
         let u = uniforms(PURPOSE_WALL_GHOST, c.cell, index, 0u);
-        time += arrival(u);
-        if time >= expected {
-            break;
+        let arrived = added_in_order(time, arrival(u), part);
+        time = arrived.y;
+        if arrived.x < c.expected {
+            let g = wall_ghost(c, index, u);
+            let gain = impulse_fixed(collided(o, g.x, g.v) - g.v, WALL_SCALE);
+            low += gain & vec3<i32>(0xffff);
+            high += gain >> vec3<u32>(16u);
         }
-        let g = wall_ghost(c, index, u);
-        gain += collided(o, g.x, g.v) - g.v;
     }
-    add_wall_impulse(i / WORKGROUP, c.wall, gain);
+    low = across3(low);
+    high = across3(high);
+    for (var k = part; k < 3u; k += LANES) {
+        add_wide_wall_impulse(i / WORKGROUP, c.wall, k, wide_of_halves(low[k], high[k]));
+    }
 }

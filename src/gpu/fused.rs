@@ -67,13 +67,7 @@ impl Ordered {
         }
         let module = match &item {
             Item::Joint(members) => joint(members, stages, self.lanes)?,
-            Item::Alone(m) => {
-                let entry = stages[m.stage].0;
-                match entry.fused_module(self.lanes)? {
-                    Some(module) if m.fused => module,
-                    _ => entry.module()?,
-                }
-            }
+            Item::Alone(m) => stages[m.stage].0.fused_module(m.fused, self.lanes)?,
         };
         self.kernels.push((item, module));
         Ok(self.kernels.len() - 1)

@@ -102,14 +102,13 @@ pub fn fused(items: &[Item], stages: &[(&'static Entry, u32, bool)], sizes: &Siz
 #[allow(clippy::cast_precision_loss)]
 fn moved(used: &Use, over: Extent, sizes: &Sizes) -> f64 {
     let Some(buffer) = find(&used.buffer).filter(|b| !matches!(b.life, Life::Setting)) else { return 0.0 };
-    let (whole, invocations) = (sizes.count(buffer.extent), sizes.count(over));
     let few = matches!(over, Extent::WallCells | Extent::SquirmerGhosts | Extent::SquirmerBoxes);
-    let elements = match buffer.extent {
+    let whole = match buffer.extent {
         Extent::Lists => sizes.particles,
         Extent::Spills => 0,
-        _ if few => whole.min(invocations),
-        _ => whole,
+        extent => sizes.count(extent),
     };
+    let elements = if few { whole.min(sizes.count(over)) } else { whole };
     let ways = u64::from(used.read) + u64::from(used.write);
     (elements * ways * buffer.words as u64 * 4) as f64 / sizes.particles.max(1) as f64
 }

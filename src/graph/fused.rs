@@ -24,6 +24,8 @@ pub struct Member {
     pub phase: Phase,
     /// The entry point is in the stage's WGSL for the fused plan.
     pub fused: bool,
+    /// Several invocations may share each of its elements.
+    pub shared: bool,
     /// It belongs to the step before: its random numbers and its repetition are that step's.
     pub late: bool,
     /// Which repetition of the stage it belongs to.
@@ -79,8 +81,7 @@ impl Item {
     /// Invocations for each of its elements.
     #[must_use]
     pub fn lanes(&self, lanes: Lanes) -> u64 {
-        let first = &self.members()[0];
-        if first.fused && first.makes_sums() { lanes.count() } else { 1 }
+        if self.members()[0].shared { lanes.count() } else { 1 }
     }
 
     /// The kernels in it.
@@ -159,9 +160,7 @@ pub fn items(
         let late = occasion == Occasion::Next;
         push(&mut list, stages, apply, late, lanes)?;
         for (stage, (entry, ..)) in stages.iter().enumerate() {
-            for phase in entry.receive {
-                list.push(member(entry, stage, *phase, (false, late, 0), lanes)?);
-            }
+            enter(&mut list, entry, stage, entry.receive, (late, 0), lanes)?;
         }
         for stage in apply + 1..stages.len() {
             push(&mut list, stages, stage, late, lanes)?;
@@ -172,7 +171,7 @@ pub fn items(
             push(&mut list, stages, stage, false, lanes)?;
         }
     }
-    Ok(arranged(list, stages))
+    Ok(arranged(list, stages, lanes))
 }
 
 fn push(
@@ -183,12 +182,22 @@ fn push(
     lanes: Lanes,
 ) -> Result<(), ShaderError> {
     let (entry, repetitions, runs) = stages[stage];
-    let own = entry.fused.is_none_or(|f| f.phases.is_empty());
-    let phases = if own { entry.phases } else { entry.fused.map_or(entry.phases, |f| f.phases) };
     for repetition in 0..if runs { repetitions } else { 0 } {
-        for phase in phases {
-            list.push(member(entry, stage, *phase, (!own, late, repetition), lanes)?);
-        }
+        enter(list, entry, stage, entry.phases, (late, repetition), lanes)?;
+    }
+    Ok(())
+}
+
+fn enter(
+    list: &mut Vec<Member>,
+    entry: &'static Entry,
+    stage: usize,
+    phases: &[Phase],
+    (late, repetition): (bool, u32),
+    lanes: Lanes,
+) -> Result<(), ShaderError> {
+    for (phase, fused) in phases.iter().flat_map(|p| entry.fused_phases(*p)) {
+        list.push(member(entry, stage, phase, (fused, late, repetition), lanes)?);
     }
     Ok(())
 }
@@ -200,7 +209,7 @@ fn member(
     (fused, late, repetition): (bool, bool, u32),
     lanes: Lanes,
 ) -> Result<Member, ShaderError> {
-    let mut uses = uses(entry, phase.entry, fused.then_some(lanes))?;
+    let mut uses = uses(entry, phase.entry, Some((fused, lanes)))?;
     if late && entry.kind == APPLY {
         // By then the grid has been moved.
         uses.iter_mut().filter(|u| u.buffer == "shift").for_each(|u| "shift_before".clone_into(&mut u.buffer));
@@ -210,7 +219,8 @@ fn member(
             uses.extend(REORDERED.map(written));
         }
     }
-    Ok(Member { stage, phase, fused, late, repetition, uses })
+    let shared = entry.shared.contains(&phase.entry);
+    Ok(Member { stage, phase, fused, shared, late, repetition, uses })
 }
 
 /// One of them writes what the other uses. Faults are flags that are only ever added.
@@ -218,7 +228,7 @@ fn conflict(a: &Member, b: &Member) -> bool {
     a.uses.iter().any(|x| b.uses.iter().any(|y| x.buffer == y.buffer && (x.write || y.write) && x.buffer != "faults"))
 }
 
-fn arranged(list: Vec<Member>, stages: &[(&'static Entry, u32, bool)]) -> Vec<Item> {
+fn arranged(list: Vec<Member>, stages: &[(&'static Entry, u32, bool)], lanes: Lanes) -> Vec<Item> {
     let joins = |m: &Member| stages[m.stage].0.function(m.phase.entry).is_some();
     let mut items = Vec::new();
     let mut rest = list;
@@ -238,9 +248,11 @@ fn arranged(list: Vec<Member>, stages: &[(&'static Entry, u32, bool)]) -> Vec<It
             }
         }
         items.extend(hoisted.into_iter().map(Item::Alone));
-        // The sums stay in registers only if nobody else asks for them.
+        // The sums stay in registers only if nobody else asks for them, and if one invocation makes them: where several do, all of them
+        // would do what follows, and need so many registers for it that fewer could wait for memory at a time.
         let made = group.len() > 1 && group[0].makes_sums();
-        if made && deferred.iter().any(|d| d.uses.iter().any(|u| u.buffer == "moments")) {
+        let asked = deferred.iter().any(|d| d.uses.iter().any(|u| u.buffer == "moments"));
+        if made && (asked || lanes.count() > 1) {
             deferred.splice(0..0, group.drain(1..));
         }
         let alone = group.len() == 1 && !group[0].late;
@@ -260,7 +272,7 @@ pub fn joint(members: &[Member], stages: &[(&'static Entry, u32, bool)], lanes: 
         let entry = stages[m.stage].0;
         Part {
             kind: entry.kind,
-            wgsl: if m.fused { entry.fused.map_or("", |f| f.wgsl) } else { entry.wgsl },
+            wgsl: entry.text(m.fused),
             settings: entry.uniform_wgsl,
             function: entry.function(m.phase.entry).unwrap_or_default(),
             late: m.late,

@@ -90,21 +90,21 @@ pub fn constants(plan: &Plan) -> [(&'static str, f64); 3] {
 ///
 /// # Errors
 /// If the WGSL of the stage is not valid.
-pub fn uses(entry: &'static Entry, point: &'static str, fused: Option<Lanes>) -> Result<Vec<Use>, ShaderError> {
-    type Known = HashMap<(&'static str, Option<Lanes>), Vec<(String, Vec<Use>)>>;
+pub fn uses(entry: &'static Entry, point: &'static str, fused: Option<(bool, Lanes)>) -> Result<Vec<Use>, ShaderError> {
+    type Known = HashMap<(&'static str, Option<(bool, Lanes)>), Vec<(String, Vec<Use>)>>;
     static KNOWN: Mutex<Option<Known>> = Mutex::new(None);
     let mut guard = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
     let known = guard.get_or_insert_default();
     if let hash_map::Entry::Vacant(place) = known.entry((entry.kind, fused)) {
         let module = match fused {
-            Some(lanes) => entry.fused_module(lanes)?,
-            None => Some(entry.module()?),
+            Some((own, lanes)) => entry.fused_module(own, lanes)?,
+            None => entry.module()?,
         };
         let bound = |m: &Module, point: &str| {
             let bindings = m.bindings(point).iter();
             bindings.map(|b| Use { buffer: b.name.clone(), read: b.access.read, write: b.access.write }).collect()
         };
-        let points = module.iter().flat_map(|m| m.entry_points().map(|p| (p.to_owned(), bound(m, p)))).collect();
+        let points = module.entry_points().map(|p| (p.to_owned(), bound(&module, p))).collect();
         place.insert(points);
     }
     let points = &known[&(entry.kind, fused)];

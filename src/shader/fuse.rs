@@ -35,14 +35,14 @@ pub enum Over {
     },
 }
 
-/// How many invocations share the sums over one cell, and what goes with it.
+/// How many invocations share the work for one cell, and what goes with it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
 pub enum Lanes {
     /// One: what suits a CPU. Particles stay where they are in memory until they are sorted.
     #[default]
     One,
-    /// Four neighbours of a subgroup: more loads under way at a time, which suits a GPU. Particles are in the order of the cells in every
-    /// step.
+    /// Four neighbours of a subgroup: more loads under way at a time, which suits a GPU. Sums over a workgroup use subgroups, too, and
+    /// particles are in the order of the cells in every step.
     Four,
 }
 
@@ -62,14 +62,15 @@ impl Lanes {
         self == Self::Four
     }
 
-    /// WGSL that includes `lanes` and `order` for one invocation, for this many.
+    /// WGSL that includes `lanes` and `order` for one invocation and `workgroup-sum` for any adapter, for this many and for subgroups.
     #[must_use]
     pub fn chosen(self, wgsl: &str) -> String {
         match self {
             Self::One => wgsl.to_owned(),
             Self::Four => wgsl
                 .replace("//!include lanes\n", "//!include lanes-four\n")
-                .replace("//!include order\n", "//!include order-made\n"),
+                .replace("//!include order\n", "//!include order-made\n")
+                .replace("//!include workgroup-sum\n", "//!include workgroup-sum-subgroups\n"),
         }
     }
 }
@@ -91,7 +92,7 @@ pub fn fuse(parts: &[Part<'_>], over: Over, lanes: Lanes) -> Result<Module, Shad
     let mut includes = vec!["dispatch".to_owned()];
     includes.extend(match over {
         Over::Particles { anew: false } => vec!["particles-store".to_owned()],
-        Over::Particles { anew: true } => vec!["particles".to_owned(), "particles-anew".to_owned()],
+        Over::Particles { anew: true } => vec!["particles".to_owned(), "particles-anew-together".to_owned()],
         Over::Cells { sums, operators } => {
             let loads = [(!sums).then_some("moments-load"), operators.then_some("operator-load")];
             loads.into_iter().flatten().chain(["lanes", "operator-store"]).map(str::to_owned).collect()
@@ -181,24 +182,41 @@ fn entry(parts: &[Part<'_>], over: Over) -> String {
         Over::Particles { anew } => each_particle(parts, anew),
         Over::Cells { sums, operators } => each_cell(parts, sums, operators),
     };
+    let subgroups = if over == (Over::Particles { anew: true }) {
+        ", @builtin(subgroup_invocation_id) of_subgroup: u32, @builtin(subgroup_size) subgroup: u32"
+    } else {
+        ""
+    };
     format!(
         "@compute @workgroup_size(WORKGROUP)\nfn {ENTRY}(@builtin(workgroup_id) group: vec3<u32>, \
-         @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {{\n    \
+         @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32{subgroups}) {{\n    \
          let index = invocation(group, groups, lane);\n    {}\n}}\n",
         lines.join("\n    ")
     )
 }
 
 fn each_particle(parts: &[Part<'_>], anew: bool) -> Vec<String> {
-    let (from, store) = if anew { ("order[i]", "store_particle_anew") } else { ("i", "store_particle") };
-    let mut lines = vec![
-        "let i = index;".to_owned(),
-        "if i >= system.particle_count { return; }".to_owned(),
-        format!("var p = particle_at({from});"),
-    ];
-    lines.extend(parts.iter().map(|part| format!("p = {}(i, p);", part.function)));
-    lines.push(format!("{store}(i, p);"));
-    lines
+    let calls = parts.iter().map(|part| format!("p = {}(i, p);", part.function)).collect::<Vec<_>>().join(" ");
+    let lines: &[&str] = if anew {
+        &[
+            "let i = index;",
+            "var p: Particle;",
+            "if i < system.particle_count {",
+            "p = particle_at(order[i]);",
+            &calls,
+            "}",
+            "store_together(i, of_subgroup, subgroup, p);",
+        ]
+    } else {
+        &[
+            "let i = index;",
+            "if i >= system.particle_count { return; }",
+            "var p = particle_at(i);",
+            &calls,
+            "store_particle(i, p);",
+        ]
+    };
+    lines.iter().map(|line| (*line).to_owned()).collect()
 }
 
 fn each_cell(parts: &[Part<'_>], sums: bool, operators: bool) -> Vec<String> {

@@ -28,9 +28,16 @@ impl Stage for CellReduce {
     const FUSED: Option<Fused> = Some(Fused {
         wgsl: include_str!("../../shaders/fused/cell-reduce.wgsl"),
         preface: &[],
-        phases: &[Phase { entry: "tally", over: Extent::Particles }, Phase { entry: "gather", over: Extent::Cells }],
+        instead: &[
+            ("clear", &[]),
+            (
+                "reduce",
+                &[Phase { entry: "tally", over: Extent::Particles }, Phase { entry: "gather", over: Extent::Cells }],
+            ),
+        ],
     });
     const EACH: &'static [(&'static str, &'static str)] = &[("tally", "tallied"), ("gather", "gathered")];
+    const SHARED: &'static [&'static str] = &["gather"];
     const AFTER: &'static [&'static str] = &["shift-grid"];
     type Params = Self;
     type Uniform = CellReduceSettings;

@@ -22,8 +22,8 @@ pub struct Fused {
     pub wgsl: &'static str,
     /// Kernels at the beginning of a step that applies the collision of the step before.
     pub preface: &'static [Phase],
-    /// Kernels instead of [`Stage::PHASES`], with the same result; empty: the same kernels.
-    pub phases: &'static [Phase],
+    /// Entry points of [`Stage::WGSL`], each with the kernels that run instead of it, with the same result; all others run as they are.
+    pub instead: &'static [(&'static str, &'static [Phase])],
 }
 
 /// How bad a finding is.
@@ -65,6 +65,9 @@ pub trait Stage: 'static {
     /// its work for one of them: `fn(i: u32, p: Particle) -> Particle`, `fn(cell: u32, part: u32) -> Sums` for the first over cells, else
     /// `fn(cell: u32, m: Moments, o: Operator) -> Operator`.
     const EACH: &'static [(&'static str, &'static str)] = &[];
+    /// Entry points that share the work for one element among several invocations where the adapter is better at that: their WGSL takes
+    /// the number from `LANES`, which is 1 in the loose plan.
+    const SHARED: &'static [&'static str] = &[];
     /// Kinds that, where present, must stand before this stage in the list.
     const AFTER: &'static [&'static str] = &[];
     /// Its parameters in the pipeline file.
@@ -111,6 +114,8 @@ pub struct Entry {
     pub fused: Option<Fused>,
     /// See [`Stage::EACH`].
     pub each: &'static [(&'static str, &'static str)],
+    /// See [`Stage::SHARED`].
+    pub shared: &'static [&'static str],
     /// See [`Stage::AFTER`].
     pub after: &'static [&'static str],
     /// Doc comment of the parameters: what the stage does.
@@ -148,6 +153,7 @@ impl Entry {
             receive: S::RECEIVE,
             fused: S::FUSED,
             each: S::EACH,
+            shared: S::SHARED,
             after: S::AFTER,
             summary: S::Params::summary,
             fields: S::Params::fields,
@@ -169,12 +175,25 @@ impl Entry {
         self.each.iter().find(|(entry, _)| *entry == point).map(|(_, function)| *function)
     }
 
-    /// The stage's WGSL for the fused plan, composed, validated and reflected; `None` if it has none.
+    /// The kernels that the fused plan runs for a phase, each with whether it is in the WGSL of [`Stage::FUSED`].
+    #[must_use]
+    pub fn fused_phases(&self, phase: Phase) -> Vec<(Phase, bool)> {
+        let instead = self.fused.and_then(|f| f.instead.iter().find(|(entry, _)| *entry == phase.entry));
+        instead.map_or_else(|| vec![(phase, false)], |(_, phases)| phases.iter().map(|p| (*p, true)).collect())
+    }
+
+    /// The stage's WGSL, or that of [`Stage::FUSED`].
+    #[must_use]
+    pub fn text(&self, fused: bool) -> &'static str {
+        if fused { self.fused.map_or("", |f| f.wgsl) } else { self.wgsl }
+    }
+
+    /// The same for the fused plan, composed, validated and reflected.
     ///
     /// # Errors
     /// See [`Entry::module`].
-    pub fn fused_module(&self, lanes: Lanes) -> Result<Option<Module>, ShaderError> {
-        self.fused.map(|f| Module::new(self.kind, &lanes.chosen(f.wgsl), self.uniform_wgsl)).transpose()
+    pub fn fused_module(&self, fused: bool, lanes: Lanes) -> Result<Module, ShaderError> {
+        Module::new(self.kind, &lanes.chosen(self.text(fused)), self.uniform_wgsl)
     }
 
     /// The stage's WGSL, composed, validated and reflected.

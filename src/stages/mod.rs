@@ -39,6 +39,7 @@ pub fn find(kind: &str) -> Option<&'static Entry> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::shader::Lanes;
 
     #[test]
     fn every_stage_composes_and_has_its_entry_points() {
@@ -52,6 +53,24 @@ mod tests {
                     phase.entry
                 );
             }
+        }
+    }
+
+    #[test]
+    fn every_kernel_of_the_fused_plan_has_its_entry_point() {
+        for entry in REGISTRY {
+            let own = entry.phases.iter().chain(entry.receive);
+            let preface = entry.fused.map_or(&[] as &[Phase], |f| f.preface).iter().map(|p| (*p, true));
+            let phases: Vec<(Phase, bool)> = own.clone().flat_map(|p| entry.fused_phases(*p)).chain(preface).collect();
+            for lanes in [Lanes::One, Lanes::Four] {
+                for (phase, fused) in &phases {
+                    let module = entry.fused_module(*fused, lanes).unwrap_or_else(|e| panic!("{e}"));
+                    assert!(module.entry_points().any(|n| n == phase.entry), "{}: {}", entry.kind, phase.entry);
+                }
+            }
+            let replaced = entry.fused.map_or(&[] as &[_], |f| f.instead).iter().map(|(replaced, _)| replaced);
+            assert!(replaced.into_iter().all(|r| own.clone().any(|p| p.entry == *r)), "{}", entry.kind);
+            assert!(entry.shared.iter().all(|s| phases.iter().any(|(p, _)| p.entry == *s)), "{}", entry.kind);
         }
     }
 }

@@ -29,7 +29,7 @@ impl Stage for ShiftGrid {
     const FUSED: Option<Fused> = Some(Fused {
         wgsl: include_str!("../../shaders/fused/shift-grid.wgsl"),
         preface: &[Phase { entry: "keep_shift", over: Extent::One }],
-        phases: &[],
+        instead: &[],
     });
     type Params = Self;
     type Uniform = ShiftGridSettings;

@@ -1,6 +1,6 @@
 //! squirmer-fill: virtual particles inside the squirmers, through which they take part in the collision.
 
-use super::{Finding, Gravity, Phase, Stage};
+use super::{Finding, Fused, Gravity, Phase, Stage};
 use crate::buffers::Extent;
 use crate::math::draws::{direction, normals};
 use crate::math::linear::pseudo_inverse;
@@ -48,6 +48,15 @@ impl Stage for SquirmerFill {
     ];
     const RECEIVE: &'static [Phase] =
         &[Phase { entry: "receive", over: Extent::SquirmerGhosts }, Phase { entry: "absorb", over: Extent::Squirmers }];
+    const FUSED: Option<Fused> = Some(Fused {
+        wgsl: include_str!("../../shaders/fused/squirmer-fill.wgsl"),
+        preface: &[],
+        instead: &[(
+            "fill",
+            &[Phase { entry: "tally", over: Extent::SquirmerGhosts }, Phase { entry: "gather", over: Extent::Cells }],
+        )],
+    });
+    const SHARED: &'static [&'static str] = &["gather"];
     const AFTER: &'static [&'static str] = &["cell-reduce", "squirmer-collide", "wall-ghosts"];
     type Params = Self;
     type Uniform = SquirmerFillSettings;

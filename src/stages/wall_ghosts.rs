@@ -63,6 +63,7 @@ impl Stage for WallGhosts {
         Phase { entry: "fill", over: Extent::WallCells },
     ];
     const RECEIVE: &'static [Phase] = &[Phase { entry: "receive", over: Extent::WallCells }];
+    const SHARED: &'static [&'static str] = &["fill", "receive"];
     const AFTER: &'static [&'static str] = &["cell-reduce"];
     type Params = Self;
     type Uniform = WallGhostsSettings;

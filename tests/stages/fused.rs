@@ -89,6 +89,23 @@ fn cells_beyond_the_room_of_their_lists_lose_nobody() {
     }
 }
 
+/// Bodies at one place have more ghosts in a cell than its list has room for, which is 24.
+#[test]
+fn cells_beyond_the_room_of_their_lists_lose_no_ghost() {
+    let (system, mut start) = active_slit();
+    let centre = start.squirmers[2].position;
+    start.squirmers.iter_mut().for_each(|s| s.position = centre);
+    let kinds = ["stream", "shift-grid", "cell-reduce", "wall-ghosts", "squirmer-fill", "rotate", "apply"];
+    let loose = left(&system, &start, &kinds, &[], (Form::Loose, Lanes::One));
+    for lanes in [Lanes::One, Lanes::Four] {
+        assert_eq!(loose, left(&system, &start, &kinds, &[], (Form::Fused, lanes)), "{lanes:?}");
+    }
+    let mut bench = Bench::new(&system, &start, &kinds, &[]);
+    bench.run_all(&kinds[..5]);
+    let ghosts = bench.moments().iter().map(|m| m.ghosts).fold(0.0, f64::max);
+    assert!(ghosts > 30.0, "{ghosts}");
+}
+
 #[test]
 fn too_many_particles_beyond_the_lists_are_a_fault() {
     let system = rig::system([9, 10, 33]);

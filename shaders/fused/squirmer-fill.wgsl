@@ -1,0 +1,72 @@
+// squirmer-fill with few atomic sums: every cell lists its ghosts, then sums over them in registers. The sums are those of
+// shaders/stages/squirmer-fill.wgsl, bit by bit, since integers may be added in any order. The lists are those of cell-reduce, empty again.
+//!include dispatch
+//!include ghosts
+//!include deposit
+//!include lanes
+
+@group(0) @binding(0) var<uniform> system: SystemUniform;
+@group(0) @binding(1) var<uniform> settings: SquirmerFillSettings;
+@group(0) @binding(2) var<storage, read> species: array<SpeciesUniform>;
+@group(0) @binding(3) var<storage, read> squirmers: array<SquirmerState>;
+@group(0) @binding(4) var<storage, read> ghost_motion: array<f32>;
+@group(0) @binding(5) var<storage, read> shift: array<u32>;
+@group(0) @binding(6) var<storage, read_write> moments: array<atomic<u32>>;
+@group(0) @binding(7) var<storage, read_write> cell_counts: array<atomic<u32>>;
+@group(0) @binding(8) var<storage, read_write> cell_lists: array<u32>;
+@group(0) @binding(9) var<storage, read_write> faults: array<atomic<u32>>;
+var<immediate> now: Now;
+
+fn drawn(i: u32, index: u32) -> Ghost {
+    return ghost(i, index, species[squirmers[i].species], squirmers[i].orientation, settings.continued == 1u);
+}
+
+// A ghost takes the next place in its cell's list; where that is full it adds to the cell's sums at once.
+@compute @workgroup_size(WORKGROUP)
+fn tally(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+    // The ghosts of one workgroup belong to one squirmer.
+    let first = invocation(group, groups, 0u);
+    let i = first / system.ghost_stride;
+    let index = first % system.ghost_stride + lane;
+    if i >= system.squirmer_count {
+        return;
+    }
+    let kind = species[squirmers[i].species];
+    if index >= kind.ghosts {
+        return;
+    }
+    let place = ghost_place(i, ghost_site(i, index, kind, squirmers[i].orientation).s);
+    let number = atomicAdd(&cell_counts[place.cell], 1u);
+    if number < system.list_room {
+        cell_lists[place.cell * system.list_room + number] = first + lane;
+    } else {
+        deposit(ONE_GHOST, place.cell, place.offset, moving_ghost(i, drawn(i, index)));
+    }
+}
+
+// The sums over the ghosts in a cell's list, which is left empty.
+@compute @workgroup_size(WORKGROUP)
+fn gather(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+    let cell = invocation(group, groups, lane) / LANES;
+    let part = lane % LANES;
+    if cell >= system.cell_count {
+        return;
+    }
+    let count = atomicLoad(&cell_counts[cell]);
+    if count == 0u {
+        return;
+    }
+    var s: Sums;
+    for (var k = part; k < min(count, system.list_room); k += LANES) {
+        let number = cell_lists[cell * system.list_room + k];
+        let i = number / system.ghost_stride;
+        let g = drawn(i, number % system.ghost_stride);
+        s = with_one(s, ONE_GHOST, ghost_place(i, g.s).offset, moving_ghost(i, g));
+    }
+    // Nobody empties the list before all have read its length.
+    s = added_across_lanes(s);
+    deposit_part(cell, part, LANES, s);
+    if part == 0u {
+        atomicStore(&cell_counts[cell], 0u);
+    }
+}
