@@ -420,8 +420,6 @@ pub const CATALOGUE: &[Buffer] = &[
         1,
         "particles beyond the lists of their cells: their number, then each cell's last entry, then entries of a particle and the entry before",
     ),
-    buffer("order", Scratch, Particles, 1, "cell by cell, the particles that come next in memory"),
-    buffer("order_end", Scratch, One, 1, "how many of them have their place; zero after all have"),
     buffer("places", Scratch, Cells, 1, "sorting: particles per cell, then the place of the next"),
     buffer("block_sums", Scratch, Blocks, 1, "sorting: particles per block of cells, then the place of its first"),
     buffer("positions_sorted", Scratch, Particles, 3, "positions in their new order"),

@@ -5,7 +5,6 @@
 //!include particles
 //!include contribution
 //!include lanes
-//!include order
 
 @group(0) @binding(0) var<uniform> system: SystemUniform;
 @group(0) @binding(1) var<storage, read> positions: array<u32>;
@@ -16,8 +15,6 @@
 @group(0) @binding(6) var<storage, read_write> spills: array<atomic<u32>>;
 @group(0) @binding(7) var<storage, read_write> moments: array<vec4<u32>>;
 @group(0) @binding(8) var<storage, read_write> faults: array<atomic<u32>>;
-@group(0) @binding(9) var<storage, read_write> order: array<u32>;
-@group(0) @binding(10) var<storage, read_write> order_end: array<atomic<u32>>;
 
 fn cell_here(p: vec3<u32>) -> Place {
     return locate(p, vec3<u32>(shift[0], shift[1], shift[2]));
@@ -76,20 +73,13 @@ fn with_particle(before: Sums, i: u32) -> Sums {
 fn gathered(cell: u32, part: u32) -> Sums {
     var s: Sums;
     let count = atomicLoad(&cell_counts[cell]);
-    let first = first_place(cell, part, count);
     for (var k = part; k < min(count, system.list_room); k += LANES) {
-        let particle = cell_lists[cell * system.list_room + k];
-        put_in_order(first + k, particle);
-        s = with_particle(s, particle);
+        s = with_particle(s, cell_lists[cell * system.list_room + k]);
     }
     if count > system.list_room && part == 0u {
-        var place = first + system.list_room;
         var entry = atomicLoad(&spills[spill_head(cell)]);
         while entry != 0u {
-            let particle = atomicLoad(&spills[spill_entry(entry)]);
-            put_in_order(place, particle);
-            s = with_particle(s, particle);
-            place++;
+            s = with_particle(s, atomicLoad(&spills[spill_entry(entry)]));
             entry = atomicLoad(&spills[spill_entry(entry) + 1u]);
         }
         atomicStore(&spills[spill_head(cell)], 0u);

@@ -1,7 +1,23 @@
-// Sums over a workgroup, each invocation adding its own share.
-//!include workgroup-partial
+// Sums over one workgroup of 64 invocations, in halves of 16 bits so that 64 additions of any i32 cannot overflow.
+const WORKGROUP_SUMS: u32 = 15u;
+var<workgroup> partial: array<atomic<i32>, 30>;
 
-fn collect(lane: u32, sum: u32, value: i32) {
+fn clear_sums_of_workgroup(lane: u32) {
+    if lane < 2u * WORKGROUP_SUMS {
+        atomicStore(&partial[lane], 0);
+    }
+    workgroupBarrier();
+}
+
+fn collect(sum: u32, value: i32) {
     atomicAdd(&partial[2u * sum], value & 0xffff);
     atomicAdd(&partial[2u * sum + 1u], value >> 16u);
+}
+
+// The workgroup's share of a wide sum as (low, high).
+fn collected(sum: u32) -> vec2<u32> {
+    let rest = atomicLoad(&partial[2u * sum + 1u]);
+    let low = bitcast<u32>(rest) << 16u;
+    let total = low + bitcast<u32>(atomicLoad(&partial[2u * sum]));
+    return vec2<u32>(total, bitcast<u32>(rest >> 16u) + select(0u, 1u, total < low));
 }

@@ -65,14 +65,14 @@ fn total(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) group
         if n > 0u {
             let v = velocity_sum(cell);
             let energy = f32(moment(cell, 4u)) * system.inverse_energy;
-            collect(lane, 0u, i32(n));
+            collect(0u, i32(n));
             for (var k = 0u; k < 3u; k++) {
-                collect(lane, 1u + k, i32(round(v[k] * settings.scale)));
+                collect(1u + k, i32(round(v[k] * settings.scale)));
             }
-            collect(lane, 4u, i32(round(energy * settings.scale)));
+            collect(4u, i32(round(energy * settings.scale)));
             if n > 1u {
-                collect(lane, 5u, i32(round((energy - dot(v, v) / f32(n)) * settings.scale)));
-                collect(lane, 6u, 3 * (i32(n) - 1));
+                collect(5u, i32(round((energy - dot(v, v) / f32(n)) * settings.scale)));
+                collect(6u, 3 * (i32(n) - 1));
             }
         }
     }

@@ -2,7 +2,6 @@
 //!include dispatch
 //!include cells
 //!include particles
-//!include particles-anew
 
 @group(0) @binding(0) var<uniform> system: SystemUniform;
 @group(0) @binding(1) var<storage, read_write> positions: array<u32>;
@@ -101,7 +100,11 @@ fn scatter(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) gro
     }
     let p = particle_at(i);
     let cell = locate(p.position, vec3<u32>(shift[0], shift[1], shift[2])).cell;
-    store_particle_anew(block_sums[cell / BLOCK] + atomicAdd(&places[cell], 1u), p);
+    let place = 3u * (block_sums[cell / BLOCK] + atomicAdd(&places[cell], 1u));
+    for (var k = 0u; k < 3u; k++) {
+        positions_sorted[place + k] = p.position[k];
+        velocities_sorted[place + k] = p.velocity[k];
+    }
 }
 
 @compute @workgroup_size(WORKGROUP)

@@ -27,9 +27,9 @@ const SUM_WORDS: u32 = 30u;
 const SUM_SCALE: f32 = 262144.0;
 
 fn collect3(lane: u32, sum: u32, values: vec3<i32>) {
-    collect(lane, sum, values.x);
-    collect(lane, sum + 1u, values.y);
-    collect(lane, sum + 2u, values.z);
+    collect(sum, values.x);
+    collect(sum + 1u, values.y);
+    collect(sum + 2u, values.z);
 }
 
 @compute @workgroup_size(WORKGROUP)

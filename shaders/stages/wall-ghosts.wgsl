@@ -177,7 +177,7 @@ fn observe(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) gro
         atomicStore(&mixed, 1u);
     }
     for (var k = 0u; k < 3u; k++) {
-        collect(lane, k, share[k]);
+        collect(k, share[k]);
     }
     workgroupBarrier();
     // All columns of a large patch would otherwise wait for the same words.

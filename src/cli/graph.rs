@@ -25,7 +25,7 @@ pub fn graph(file: &Path, format: Format, form: super::Form, overrides: &[String
     render::all(&loaded.warnings, &loaded.sources);
     let plan = &loaded.plan;
     if form == super::Form::Fused {
-        let stages = fused::stages(plan, false, Lanes::Four);
+        let stages = fused::stages(plan, false);
         return match fused::items(&stages, fused::Occasion::Next, Lanes::Four) {
             Ok(items) => print(&draw::fused(&items, &stages, &sizes(&plan.system))),
             Err(error) => invalid(&error),

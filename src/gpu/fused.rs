@@ -3,7 +3,7 @@
 use super::kernel::{Buffers, Kernel, compile, groups, settings};
 use super::{Gpu, GpuError};
 use crate::buffers::{Now, Sizes};
-use crate::graph::fused::{Item, Occasion, every, items, joint};
+use crate::graph::fused::{Item, Occasion, items, joint};
 use crate::graph::{Plan, constants};
 use crate::shader::{ENTRY, Lanes, Module, settings_name};
 use crate::stages::Entry;
@@ -14,7 +14,6 @@ struct Made {
     item: Item,
     kernel: Kernel,
     label: String,
-    reorders: bool,
 }
 
 /// The kernels of every order that a run needs.
@@ -35,7 +34,7 @@ pub(super) struct Ordered {
 impl Ordered {
     /// Orders for every choice of the stages that do not run in each step.
     pub(super) fn new(plan: &Plan, lanes: Lanes) -> Result<Self, GpuError> {
-        let every: Vec<u64> = plan.stages.iter().map(|s| every(s, lanes)).collect();
+        let every: Vec<u64> = plan.stages.iter().map(|s| (s.entry.every)(&s.values)).collect();
         let occasional: u64 = every.iter().enumerate().map(|(i, n)| u64::from(*n > 1) << i).sum();
         let mut ordered = Self { orders: HashMap::new(), every, lanes, kernels: Vec::new() };
         let mut running = 0;
@@ -107,8 +106,7 @@ impl Fused {
                 (buffers, &find),
                 &constants,
             )?;
-            let reorders = item.reorders();
-            made.push(Made { item, kernel, label, reorders });
+            made.push(Made { item, kernel, label });
         }
         Ok(Self { every: ordered.every, made, orders: ordered.orders })
     }
@@ -118,13 +116,11 @@ impl Fused {
         &self.orders[&(occasion, self.every.iter().enumerate().map(runs).sum())]
     }
 
-    /// The kernels of a step on an occasion; `stamp` is called before it and after each of [`Fused::labels`]. `swapped` tells where the
-    /// particles are, see [`Kernel::dispatch`].
+    /// The kernels of a step on an occasion; `stamp` is called before it and after each of [`Fused::labels`].
     pub(super) fn encode(
         &self,
         pass: &mut wgpu::ComputePass<'_>,
         (occasion, step): (Occasion, u64),
-        swapped: &mut bool,
         stamp: &mut dyn FnMut(&mut wgpu::ComputePass<'_>),
     ) {
         stamp(pass);
@@ -132,8 +128,7 @@ impl Fused {
             let made = &self.made[*k];
             let member = &made.item.members()[made.item.members().len() - 1];
             let now = if member.late { step - 1 } else { step };
-            made.kernel.dispatch(pass, Now::at(now, member.repetition), *swapped);
-            *swapped ^= made.reorders;
+            made.kernel.dispatch(pass, Now::at(now, member.repetition));
             stamp(pass);
         }
     }

@@ -2,7 +2,6 @@
 
 use super::{Gpu, GpuError};
 use crate::buffers::{Extent, Now};
-use crate::graph::fused::REORDERED;
 use crate::graph::{Plan, PlannedStage};
 use crate::shader::{Binding, Module};
 use std::collections::HashMap;
@@ -47,19 +46,8 @@ pub(super) fn compile(gpu: &Gpu, label: &str, module: &Module) -> wgpu::ShaderMo
 
 pub(super) struct Kernel {
     pipeline: wgpu::ComputePipeline,
-    /// With the particles where they began, and with those buffers swapped that [`REORDERED`] names in pairs.
-    bind_groups: [wgpu::BindGroup; 2],
+    bind_group: wgpu::BindGroup,
     groups: [u32; 2],
-}
-
-/// The buffer that has the content of the one of this name.
-pub(super) fn holder(name: &str, swapped: bool) -> &str {
-    let other = |(a, b): &(&'static str, &'static str)| match name {
-        name if name == *a => Some(*b),
-        name if name == *b => Some(*a),
-        _ => None,
-    };
-    if swapped { REORDERED.iter().find_map(other).unwrap_or(name) } else { name }
 }
 
 /// Workgroups along x and y for `count` invocations: at most 65,535 along either, and none missing.
@@ -115,40 +103,32 @@ impl Kernel {
             compilation_options: wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() },
             cache: None,
         });
-        // Where no kernel reorders there is nothing to swap with.
-        let find = |name: &str, swapped| buffers.get(holder(name, swapped)).unwrap_or_else(|| &buffers[name]);
-        let bind_group = |swapped: bool| {
-            let found: Vec<wgpu::Buffer> =
-                bindings
-                    .iter()
-                    .map(|b| {
-                        if b.name.starts_with("settings") { settings(&b.name) } else { find(&b.name, swapped).clone() }
-                    })
-                    .collect();
-            let bound: Vec<_> = bindings
-                .iter()
-                .zip(&found)
-                .map(|(b, buffer)| wgpu::BindGroupEntry { binding: b.binding, resource: buffer.as_entire_binding() })
-                .collect();
-            gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-                label: Some(entry_point),
-                layout: &layout,
-                entries: &bound,
-            })
-        };
-        let bind_groups = [false, true].map(bind_group);
+        let found: Vec<wgpu::Buffer> = bindings
+            .iter()
+            .map(|b| if b.name.starts_with("settings") { settings(&b.name) } else { buffers[b.name.as_str()].clone() })
+            .collect();
+        let bound: Vec<_> = bindings
+            .iter()
+            .zip(&found)
+            .map(|(b, buffer)| wgpu::BindGroupEntry { binding: b.binding, resource: buffer.as_entire_binding() })
+            .collect();
+        let bind_group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some(entry_point),
+            layout: &layout,
+            entries: &bound,
+        });
         gpu.healthy()?;
-        Ok(Self { pipeline, bind_groups, groups })
+        Ok(Self { pipeline, bind_group, groups })
     }
 
-    /// Adds the kernel to a pass; `swapped` if particles are where their new order was written last.
-    pub(super) fn dispatch(&self, pass: &mut wgpu::ComputePass<'_>, now: Now, swapped: bool) {
+    /// Adds the kernel to a pass.
+    pub(super) fn dispatch(&self, pass: &mut wgpu::ComputePass<'_>, now: Now) {
         let [x, y] = self.groups;
         if x == 0 || y == 0 {
             return;
         }
         pass.set_pipeline(&self.pipeline);
-        pass.set_bind_group(0, &self.bind_groups[usize::from(swapped)], &[]);
+        pass.set_bind_group(0, &self.bind_group, &[]);
         pass.set_immediates(0, bytemuck::bytes_of(&now));
         pass.dispatch_workgroups(x, y, 1);
     }

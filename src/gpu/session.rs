@@ -1,7 +1,7 @@
 //! A run's buffers and kernels on an opened adapter, and the encoding of steps.
 
 use super::fused::{Fused, Ordered};
-use super::kernel::{Buffers, holder, storage};
+use super::kernel::{Buffers, storage};
 use super::loose::Loose;
 use super::{Gpu, GpuError};
 use crate::buffers::{Buffer, CATALOGUE, Life, Sizes, SquirmerState};
@@ -19,8 +19,6 @@ pub struct Session {
     steps: Steps,
     timing: Option<Timing>,
     step: u64,
-    /// Particles are where their new order was written last.
-    pub(super) swapped: bool,
 }
 
 /// How stages become kernels.
@@ -101,7 +99,6 @@ impl Session {
             steps,
             timing: gpu.timestamps.then(|| Timing::new(gpu, 1 + marks)),
             step: state.step,
-            swapped: false,
         };
         session.upload(state);
         gpu.healthy()?;
@@ -177,14 +174,13 @@ impl Session {
             Steps::Fused(_) => (self.step + 1, steps > 1),
         };
         let timing = self.timing.as_ref().filter(|_| timed && one);
-        let mut swapped = self.swapped;
         {
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
             for step in self.step..self.step + steps {
-                self.encode_step(&mut pass, step, &mut swapped, timing.filter(|_| step == first));
+                self.encode_step(&mut pass, step, timing.filter(|_| step == first));
             }
             if let (Steps::Fused(fused), 1..) = (&self.steps, steps) {
-                fused.encode(&mut pass, (Occasion::Last, self.step + steps - 1), &mut swapped, &mut |_| {});
+                fused.encode(&mut pass, (Occasion::Last, self.step + steps - 1), &mut |_| {});
             }
         }
         let labels = timing.map(|_| match &self.steps {
@@ -193,13 +189,12 @@ impl Session {
         });
         let times = timing.map(|t| t.resolve(&self.gpu, &mut encoder));
         self.step += steps;
-        self.swapped = swapped;
         let index = self.gpu.queue.submit([encoder.finish()]);
         let times = times.map(super::measure::Readback::map);
         Submission { index, times: times.zip(labels) }
     }
 
-    fn encode_step(&self, pass: &mut wgpu::ComputePass<'_>, step: u64, swapped: &mut bool, timing: Option<&Timing>) {
+    fn encode_step(&self, pass: &mut wgpu::ComputePass<'_>, step: u64, timing: Option<&Timing>) {
         let mut mark = 0;
         let mut stamp = |pass: &mut wgpu::ComputePass<'_>| {
             if let Some(t) = timing {
@@ -211,7 +206,7 @@ impl Session {
             Steps::Loose(loose) => loose.encode(pass, step, &mut stamp),
             Steps::Fused(fused) => {
                 let occasion = if step == self.step { Occasion::First } else { Occasion::Next };
-                fused.encode(pass, (occasion, step), swapped, &mut stamp);
+                fused.encode(pass, (occasion, step), &mut stamp);
             }
         }
     }
@@ -270,7 +265,7 @@ impl Session {
     /// Overwrites the beginning of a buffer.
     pub fn write(&self, name: &str, bytes: &[u8]) {
         if !bytes.is_empty() {
-            self.gpu.queue.write_buffer(&self.buffers[holder(name, self.swapped)], 0, bytes);
+            self.gpu.queue.write_buffer(&self.buffers[name], 0, bytes);
         }
     }
 
@@ -279,7 +274,7 @@ impl Session {
     /// # Errors
     /// If the device was lost.
     pub fn read<T: bytemuck::Pod>(&self, name: &str) -> Result<Vec<T>, GpuError> {
-        let source = &self.buffers[holder(name, self.swapped)];
+        let source = &self.buffers[name];
         let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let staging = super::measure::staging(&self.gpu, source.size());
         encoder.copy_buffer_to_buffer(source, 0, &staging, 0, source.size());

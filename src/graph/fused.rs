@@ -9,12 +9,6 @@ use crate::buffers::Extent;
 use crate::shader::{Lanes, Module, Over, Part, ShaderError, fuse};
 use crate::stages::{Entry, Phase};
 
-/// What changes places with what when particles are written in a new order.
-pub const REORDERED: [(&str, &str); 2] = [("positions", "positions_sorted"), ("velocities", "velocities_sorted")];
-
-/// The stage that sorts particles, of which there is no need where they are reordered in every step.
-pub const SORT: &str = "sort-reorder";
-
 /// One kernel of a stage as the fused plan runs it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Member {
@@ -50,12 +44,6 @@ pub enum Item {
 }
 
 impl Item {
-    /// Particles leave it in other places than they had.
-    #[must_use]
-    pub fn reorders(&self) -> bool {
-        self.members()[0].uses.iter().any(|u| u.buffer == REORDERED[0].1)
-    }
-
     /// What it reads and writes. Members that share a kernel hand particles, sums and operators on in registers.
     #[must_use]
     pub fn uses(&self) -> Vec<Use> {
@@ -70,10 +58,6 @@ impl Item {
         }
         if members.len() > 1 && members[0].makes_sums() {
             uses.retain(|u| u.buffer != "moments");
-        }
-        if self.reorders() {
-            let old = |u: &&mut Use| REORDERED.iter().any(|(old, _)| *old == u.buffer);
-            uses.iter_mut().filter(old).for_each(|u| u.write = false);
         }
         uses
     }
@@ -96,19 +80,10 @@ impl Item {
 
 /// Stages of a plan as [`items`] wants them; all of them run, or only those that run in every step.
 #[must_use]
-pub fn stages(plan: &Plan, all: bool, lanes: Lanes) -> Vec<(&'static Entry, u32, bool)> {
-    let runs = |s: &super::PlannedStage| match every(s, lanes) {
-        0 => false,
-        1 => true,
-        _ => all,
-    };
-    plan.stages.iter().map(|s| (s.entry, (s.entry.repetitions)(&s.values), runs(s))).collect()
-}
-
-/// Every how many steps a stage runs; 0: never.
-#[must_use]
-pub fn every(stage: &super::PlannedStage, lanes: Lanes) -> u64 {
-    if lanes.reorders() && stage.entry.kind == SORT { 0 } else { (stage.entry.every)(&stage.values) }
+pub fn stages(plan: &Plan, all: bool) -> Vec<(&'static Entry, u32, bool)> {
+    let stage =
+        |s: &super::PlannedStage| (s.entry, (s.entry.repetitions)(&s.values), all || (s.entry.every)(&s.values) == 1);
+    plan.stages.iter().map(stage).collect()
 }
 
 /// Buffers that a run of the plan binds, some of them more than once.
@@ -119,7 +94,7 @@ pub fn bound(plan: &Plan, lanes: Lanes) -> Result<Vec<String>, ShaderError> {
     let mut names = Vec::new();
     for all in [true, false] {
         for occasion in [Occasion::First, Occasion::Next, Occasion::Last] {
-            for item in items(&stages(plan, all, lanes), occasion, lanes)? {
+            for item in items(&stages(plan, all), occasion, lanes)? {
                 names.extend(item.members().iter().flat_map(|m| &m.uses).map(|u| u.buffer.clone()));
             }
         }
@@ -171,7 +146,7 @@ pub fn items(
             push(&mut list, stages, stage, false, lanes)?;
         }
     }
-    Ok(arranged(list, stages, lanes))
+    Ok(arranged(list, stages))
 }
 
 fn push(
@@ -213,11 +188,6 @@ fn member(
     if late && entry.kind == APPLY {
         // By then the grid has been moved.
         uses.iter_mut().filter(|u| u.buffer == "shift").for_each(|u| "shift_before".clone_into(&mut u.buffer));
-        if lanes.reorders() {
-            uses.push(Use { buffer: "order".into(), read: true, write: false });
-            let written = |(_, new): (&str, &str)| Use { buffer: new.into(), read: false, write: true };
-            uses.extend(REORDERED.map(written));
-        }
     }
     let shared = entry.shared.contains(&phase.entry);
     Ok(Member { stage, phase, fused, shared, late, repetition, uses })
@@ -228,7 +198,7 @@ fn conflict(a: &Member, b: &Member) -> bool {
     a.uses.iter().any(|x| b.uses.iter().any(|y| x.buffer == y.buffer && (x.write || y.write) && x.buffer != "faults"))
 }
 
-fn arranged(list: Vec<Member>, stages: &[(&'static Entry, u32, bool)], lanes: Lanes) -> Vec<Item> {
+fn arranged(list: Vec<Member>, stages: &[(&'static Entry, u32, bool)]) -> Vec<Item> {
     let joins = |m: &Member| stages[m.stage].0.function(m.phase.entry).is_some();
     let mut items = Vec::new();
     let mut rest = list;
@@ -248,11 +218,9 @@ fn arranged(list: Vec<Member>, stages: &[(&'static Entry, u32, bool)], lanes: La
             }
         }
         items.extend(hoisted.into_iter().map(Item::Alone));
-        // The sums stay in registers only if nobody else asks for them, and if one invocation makes them: where several do, all of them
-        // would do what follows, and need so many registers for it that fewer could wait for memory at a time.
+        // The sums stay in registers only if nobody else asks for them.
         let made = group.len() > 1 && group[0].makes_sums();
-        let asked = deferred.iter().any(|d| d.uses.iter().any(|u| u.buffer == "moments"));
-        if made && (asked || lanes.count() > 1) {
+        if made && deferred.iter().any(|d| d.uses.iter().any(|u| u.buffer == "moments")) {
             deferred.splice(0..0, group.drain(1..));
         }
         let alone = group.len() == 1 && !group[0].late;
@@ -280,7 +248,7 @@ pub fn joint(members: &[Member], stages: &[(&'static Entry, u32, bool)], lanes: 
     };
     let parts: Vec<Part<'_>> = members.iter().map(part).collect();
     let over = if members[0].phase.over == Extent::Particles {
-        Over::Particles { anew: Item::Joint(members.to_vec()).reorders() }
+        Over::Particles
     } else {
         let sums = members[0].makes_sums();
         let first = &members[usize::from(sums)];

@@ -18,10 +18,7 @@ const LIBRARY: &[(&str, &str)] = &[
     ("impulse", include_str!("../../shaders/lib/impulse.wgsl")),
     ("lanes", include_str!("../../shaders/lib/lanes.wgsl")),
     ("lanes-four", include_str!("../../shaders/lib/lanes-four.wgsl")),
-    ("order", include_str!("../../shaders/lib/order.wgsl")),
-    ("order-made", include_str!("../../shaders/lib/order-made.wgsl")),
-    ("particles-anew", include_str!("../../shaders/lib/particles-anew.wgsl")),
-    ("particles-anew-together", include_str!("../../shaders/lib/particles-anew-together.wgsl")),
+    ("particles-together", include_str!("../../shaders/lib/particles-together.wgsl")),
     ("moments", include_str!("../../shaders/lib/moments.wgsl")),
     ("moments-load", include_str!("../../shaders/lib/moments-load.wgsl")),
     ("nearest", include_str!("../../shaders/lib/nearest.wgsl")),
@@ -39,9 +36,7 @@ const LIBRARY: &[(&str, &str)] = &[
     ("steric", include_str!("../../shaders/lib/steric.wgsl")),
     ("symmetric", include_str!("../../shaders/lib/symmetric.wgsl")),
     ("wall-impulse", include_str!("../../shaders/lib/wall-impulse.wgsl")),
-    ("workgroup-partial", include_str!("../../shaders/lib/workgroup-partial.wgsl")),
     ("workgroup-sum", include_str!("../../shaders/lib/workgroup-sum.wgsl")),
-    ("workgroup-sum-subgroups", include_str!("../../shaders/lib/workgroup-sum-subgroups.wgsl")),
     ("wide", include_str!("../../shaders/lib/wide.wgsl")),
 ];
 

@@ -22,10 +22,7 @@ pub struct Part<'a> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Over {
     /// Particles: functions `(i, Particle) -> Particle`.
-    Particles {
-        /// Each is read where `order` says and written in its new place.
-        anew: bool,
-    },
+    Particles,
     /// Cells: functions `(cell, Moments, Operator) -> Operator` after a first `(cell, part) -> Sums` or the moments in memory.
     Cells {
         /// The first function makes the sums.
@@ -35,14 +32,13 @@ pub enum Over {
     },
 }
 
-/// How many invocations share the work for one cell, and what goes with it.
+/// How many invocations share the work for one cell, and whether they know of the others of their subgroup.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
 pub enum Lanes {
     /// One: what suits a CPU. Particles stay where they are in memory until they are sorted.
     #[default]
     One,
-    /// Four neighbours of a subgroup: more loads under way at a time, which suits a GPU. Sums over a workgroup use subgroups, too, and
-    /// particles are in the order of the cells in every step.
+    /// Four neighbours of a subgroup: more loads under way at a time, which suits a GPU. Neighbours write their particles together.
     Four,
 }
 
@@ -56,21 +52,12 @@ impl Lanes {
         }
     }
 
-    /// Whether particles change their places in memory with every step.
-    #[must_use]
-    pub fn reorders(self) -> bool {
-        self == Self::Four
-    }
-
-    /// WGSL that includes `lanes` and `order` for one invocation and `workgroup-sum` for any adapter, for this many and for subgroups.
+    /// WGSL that includes `lanes` for one invocation, for this many.
     #[must_use]
     pub fn chosen(self, wgsl: &str) -> String {
         match self {
             Self::One => wgsl.to_owned(),
-            Self::Four => wgsl
-                .replace("//!include lanes\n", "//!include lanes-four\n")
-                .replace("//!include order\n", "//!include order-made\n")
-                .replace("//!include workgroup-sum\n", "//!include workgroup-sum-subgroups\n"),
+            Self::Four => wgsl.replace("//!include lanes\n", "//!include lanes-four\n"),
         }
     }
 }
@@ -91,23 +78,16 @@ pub fn settings_name(kind: &str) -> String {
 pub fn fuse(parts: &[Part<'_>], over: Over, lanes: Lanes) -> Result<Module, ShaderError> {
     let mut includes = vec!["dispatch".to_owned()];
     includes.extend(match over {
-        Over::Particles { anew: false } => vec!["particles-store".to_owned()],
-        Over::Particles { anew: true } => vec!["particles".to_owned(), "particles-anew-together".to_owned()],
+        Over::Particles => vec![match lanes {
+            Lanes::One => "particles-store".to_owned(),
+            Lanes::Four => "particles-together".to_owned(),
+        }],
         Over::Cells { sums, operators } => {
             let loads = [(!sums).then_some("moments-load"), operators.then_some("operator-load")];
             loads.into_iter().flatten().chain(["lanes", "operator-store"]).map(str::to_owned).collect()
         }
     });
     let (mut bindings, mut bodies, mut declarations) = (Vec::new(), String::new(), String::new());
-    if over == (Over::Particles { anew: true }) {
-        let bound =
-            |name: &str, ty: &str| Bound { name: name.into(), space: "storage, read_write".into(), ty: ty.into() };
-        bindings.extend([
-            bound("order", "array<u32>"),
-            bound("positions_sorted", "array<u32>"),
-            bound("velocities_sorted", "array<f32>"),
-        ]);
-    }
     for (k, part) in parts.iter().enumerate() {
         if parts[..k].iter().all(|p| p.kind != part.kind) {
             declarations.push_str(part.settings);
@@ -127,7 +107,7 @@ pub fn fuse(parts: &[Part<'_>], over: Over, lanes: Lanes) -> Result<Module, Shad
     }
     text.push_str("var<immediate> now: Now;\n");
     text.push_str(&bodies);
-    text.push_str(&entry(parts, over));
+    text.push_str(&entry(parts, over, lanes));
     let kinds: Vec<&str> = parts.iter().map(|p| p.kind).collect();
     let lanes = if matches!(over, Over::Cells { sums: true, .. }) { lanes } else { Lanes::One };
     Module::new(&kinds.join(" + "), &lanes.chosen(&text), &declarations)
@@ -177,12 +157,12 @@ fn bind(line: &str, part: &Part<'_>, bindings: &mut Vec<Bound>) {
     }
 }
 
-fn entry(parts: &[Part<'_>], over: Over) -> String {
+fn entry(parts: &[Part<'_>], over: Over, lanes: Lanes) -> String {
     let lines = match over {
-        Over::Particles { anew } => each_particle(parts, anew),
+        Over::Particles => each_particle(parts, lanes),
         Over::Cells { sums, operators } => each_cell(parts, sums, operators),
     };
-    let subgroups = if over == (Over::Particles { anew: true }) {
+    let subgroups = if (over, lanes) == (Over::Particles, Lanes::Four) {
         ", @builtin(subgroup_invocation_id) of_subgroup: u32, @builtin(subgroup_size) subgroup: u32"
     } else {
         ""
@@ -195,14 +175,14 @@ fn entry(parts: &[Part<'_>], over: Over) -> String {
     )
 }
 
-fn each_particle(parts: &[Part<'_>], anew: bool) -> Vec<String> {
+fn each_particle(parts: &[Part<'_>], lanes: Lanes) -> Vec<String> {
     let calls = parts.iter().map(|part| format!("p = {}(i, p);", part.function)).collect::<Vec<_>>().join(" ");
-    let lines: &[&str] = if anew {
+    let lines: &[&str] = if lanes == Lanes::Four {
         &[
             "let i = index;",
             "var p: Particle;",
             "if i < system.particle_count {",
-            "p = particle_at(order[i]);",
+            "p = particle_at(i);",
             &calls,
             "}",
             "store_together(i, of_subgroup, subgroup, p);",

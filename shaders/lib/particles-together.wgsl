@@ -1,6 +1,6 @@
-// Writes the particles of a subgroup, whose invocations are neighbours, to new places side by side. Each invocation would else write
-// three words with gaps that its neighbours fill later, and memory takes a third as many writes of whole blocks. The including file binds
-// `positions_sorted` and `velocities_sorted` (read_write).
+// Writes the particles of a subgroup, whose invocations are neighbours, side by side. Each invocation would else write three words with
+// gaps that its neighbours fill later, and memory takes a third as many writes of whole blocks. The including file binds `positions` and
+// `velocities` (read_write).
 //!include particle
 
 // The word of three that this invocation writes, out of the vectors of the whole subgroup.
@@ -11,7 +11,7 @@ fn taken(a: vec3<u32>, word: u32) -> u32 {
     return select(select(z, y, word % 3u == 1u), x, word % 3u == 0u);
 }
 
-// `i` is the new place, `lane` the number of the invocation in its subgroup of `size`. All of them take part, also those without a particle.
+// `i` is the particle, `lane` the number of the invocation in its subgroup of `size`. All of them take part, also those without a particle.
 fn store_together(i: u32, lane: u32, size: u32, p: Particle) {
     let first = 3u * (i - lane);
     let end = 3u * system.particle_count;
@@ -20,8 +20,8 @@ fn store_together(i: u32, lane: u32, size: u32, p: Particle) {
         let position = taken(p.position, word);
         let velocity = taken(bitcast<vec3<u32>>(p.velocity), word);
         if first + word < end {
-            positions_sorted[first + word] = position;
-            velocities_sorted[first + word] = bitcast<f32>(velocity);
+            positions[first + word] = position;
+            velocities[first + word] = bitcast<f32>(velocity);
         }
     }
 }
