@@ -256,8 +256,11 @@ impl fmt::Display for Meaning {
             write!(f, "{species}")?;
         }
         if !self.species.is_empty() {
-            let [x, y, z] = self.bins;
-            writeln!(f, "  bodies     {:.1} % of the volume; {x} x {y} x {z} bins", 100.0 * self.volume_fraction)?;
+            let search = match self.bins {
+                [0, ..] => "all pairs".to_owned(),
+                [x, y, z] => format!("{x} x {y} x {z} bins"),
+            };
+            writeln!(f, "  bodies     {:.1} % of the volume; {search}", 100.0 * self.volume_fraction)?;
         }
         self.resources(f)
     }
