@@ -52,8 +52,8 @@ pub enum Extent {
     Species,
     /// Ghosts inside squirmers: squirmers times the largest ghost number, rounded up to whole workgroups of 64.
     SquirmerGhosts,
-    /// Cells of the boxes around squirmers: squirmers times the largest box.
-    SquirmerBoxes,
+    /// Columns of cells in the boxes around squirmers: squirmers times one face of the largest box.
+    SquirmerColumns,
     /// Invocations that look for the partners of squirmers: 64 for each.
     SquirmerParts,
     /// Bins of the squirmers' pair search; none where the squirmers are few.
@@ -403,13 +403,7 @@ pub const CATALOGUE: &[Buffer] = &[
         "linear (0..3) and angular (4..7) velocity added to each squirmer's ghosts",
     ),
     buffer("squirmer_map", Scratch, Cells, 8, "squirmers near each cell: a count and up to seven indices"),
-    buffer(
-        "steric_sums",
-        Scratch,
-        Squirmers,
-        8,
-        "fixed-point sums of steric force and torque on each squirmer, and its contacts; zero between substeps",
-    ),
+    buffer("steric_sums", Scratch, Squirmers, 8, "sums of steric force, torque, contacts; zero between substeps"),
     buffer("bin_heads", Scratch, Bins, 1, "first squirmer of each bin, index + 1"),
     buffer("bin_next", Scratch, Binned, 1, "next squirmer of the same bin, index + 1"),
     buffer("cell_counts", Scratch, Cells, 1, "particles per cell, zero after the sums over them"),
@@ -480,7 +474,7 @@ impl Sizes {
             Extent::Squirmers => self.squirmers,
             Extent::Species => self.species,
             Extent::SquirmerGhosts => self.squirmers * self.ghost_stride,
-            Extent::SquirmerBoxes => self.squirmers * self.box_edge.pow(3),
+            Extent::SquirmerColumns => self.squirmers * self.box_edge.pow(2),
             Extent::SquirmerParts => self.squirmers * 64,
             Extent::Bins => self.bins,
             Extent::Binned => self.squirmers * self.bins.min(1),

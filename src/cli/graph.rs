@@ -25,9 +25,9 @@ pub fn graph(file: &Path, format: Format, form: super::Form, overrides: &[String
     render::all(&loaded.warnings, &loaded.sources);
     let plan = &loaded.plan;
     if form == super::Form::Fused {
-        let stages = fused::stages(plan, false);
-        return match fused::items(&stages, fused::Occasion::Next) {
-            Ok(items) => print(&draw::fused(&items, &stages, &sizes(&plan.system))),
+        let (stages, sizes) = (fused::stages(plan, false), sizes(&plan.system));
+        return match fused::items(&stages, fused::Occasion::Next, &sizes) {
+            Ok(items) => print(&draw::fused(&items, &stages, &sizes)),
             Err(error) => invalid(&error),
         };
     }

@@ -85,13 +85,20 @@ pub fn constants(plan: &Plan) -> [(&'static str, f64); 3] {
     ]
 }
 
-/// What an entry point of a stage binds, in its own WGSL or in that for the fused plan. Modules are reflected once for the life of the
-/// program.
+/// What an entry point of a stage binds, in its own WGSL or in that for the fused plan.
 ///
 /// # Errors
 /// If the WGSL of the stage is not valid.
 pub fn uses(entry: &'static Entry, point: &'static str, fused: bool) -> Result<Vec<Use>, ShaderError> {
-    type Known = HashMap<(&'static str, bool), Vec<(String, Vec<Use>)>>;
+    Ok(reflected(entry, point, fused)?.0)
+}
+
+/// The same, and whether it uses `now`. Modules are reflected once for the life of the program.
+///
+/// # Errors
+/// If the WGSL of the stage is not valid.
+pub fn reflected(entry: &'static Entry, point: &'static str, fused: bool) -> Result<(Vec<Use>, bool), ShaderError> {
+    type Known = HashMap<(&'static str, bool), Vec<(String, Vec<Use>, bool)>>;
     static KNOWN: Mutex<Option<Known>> = Mutex::new(None);
     let mut guard = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
     let known = guard.get_or_insert_default();
@@ -101,11 +108,12 @@ pub fn uses(entry: &'static Entry, point: &'static str, fused: bool) -> Result<V
             let bindings = m.bindings(point).iter();
             bindings.map(|b| Use { buffer: b.name.clone(), read: b.access.read, write: b.access.write }).collect()
         };
-        let points = module.iter().flat_map(|m| m.entry_points().map(|p| (p.to_owned(), bound(m, p)))).collect();
-        place.insert(points);
+        let all = |m: &Module| m.entry_points().map(|p| (p.to_owned(), bound(m, p), m.uses_now(p))).collect::<Vec<_>>();
+        place.insert(module.iter().flat_map(all).collect());
     }
     let points = &known[&(entry.kind, fused)];
-    Ok(points.iter().find(|(name, _)| name == point).map(|(_, uses)| uses.clone()).unwrap_or_default())
+    let found = points.iter().find(|(name, ..)| name == point);
+    Ok(found.map(|(_, uses, now)| (uses.clone(), *now)).unwrap_or_default())
 }
 
 /// Kinds of stages that compute this buffer anew: the first of their kernels to bind it writes it without reading.

@@ -6,6 +6,7 @@ pub mod fused;
 pub mod kernels;
 pub mod plan;
 pub mod sizes;
+pub mod small;
 
 pub use kernels::{Kernel, Use, constants, kernels};
 pub use plan::{Output, Plan, PlannedStage};
