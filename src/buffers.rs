@@ -52,10 +52,14 @@ pub enum Extent {
     Species,
     /// Ghosts inside squirmers: squirmers times the largest ghost number, rounded up to whole workgroups of 64.
     SquirmerGhosts,
-    /// Cells of the boxes around squirmers: squirmers times the largest box.
-    SquirmerBoxes,
-    /// Bins of the squirmers' pair search.
+    /// Columns of cells in the boxes around squirmers: squirmers times one face of the largest box.
+    SquirmerColumns,
+    /// Invocations that look for the partners of squirmers: 64 for each.
+    SquirmerParts,
+    /// Bins of the squirmers' pair search; none where the squirmers are few.
     Bins,
+    /// Squirmers that are sorted into bins: all, or none where they are few.
+    Binned,
     /// Blocks of 1024 cells in a prefix sum.
     Blocks,
     /// 64 for each block, as many as make one workgroup each: a prefix sum over the cells of the block.
@@ -170,7 +174,7 @@ shared! {
         ghost_stride: u32,
         /// Cells along the edge of the largest box around a squirmer.
         box_edge: u32,
-        /// Bins per axis of the squirmers' pair search.
+        /// Bins per axis of the squirmers' pair search; 0 where all pairs are looked at.
         bins: vec3u,
         /// Contributions per cell up to which the moment sums are safe.
         max_count: u32,
@@ -303,7 +307,9 @@ const fn buffer(name: &'static str, life: Life, extent: Extent, words: usize, do
     Buffer { name, doc, life, extent, words }
 }
 
-use Extent::{Bins, Blocks, Cells, Coarse, Lists, One, Particles, Samples, Species, Spills, Squirmers, WallPatches};
+use Extent::{
+    Binned, Bins, Blocks, Cells, Coarse, Lists, One, Particles, Samples, Species, Spills, Squirmers, WallPatches,
+};
 impl Now {
     /// What a kernel is told of a step and of the repetition of its stage.
     #[must_use]
@@ -335,7 +341,7 @@ pub const CATALOGUE: &[Buffer] = &[
         size_of::<SquirmerState>() / 4,
         "squirmer poses, velocities, angular momenta",
     ),
-    buffer("steric", Derived(&[]), Squirmers, 8, "steric force (0..3) and torque (4..7) on each squirmer, kT/a and kT"),
+    buffer("steric", Persistent, Squirmers, 8, "steric force (0..3) and torque (4..7) on each squirmer, kT/a and kT"),
     buffer(
         "fluid_force",
         Persistent,
@@ -397,22 +403,11 @@ pub const CATALOGUE: &[Buffer] = &[
         "linear (0..3) and angular (4..7) velocity added to each squirmer's ghosts",
     ),
     buffer("squirmer_map", Scratch, Cells, 8, "squirmers near each cell: a count and up to seven indices"),
+    buffer("steric_sums", Scratch, Squirmers, 8, "sums of steric force, torque, contacts; zero between substeps"),
     buffer("bin_heads", Scratch, Bins, 1, "first squirmer of each bin, index + 1"),
-    buffer("bin_next", Scratch, Squirmers, 1, "next squirmer of the same bin, index + 1"),
-    buffer(
-        "cell_counts",
-        Scratch,
-        Cells,
-        1,
-        "particles per cell, then ghosts of squirmers, zero after the sums over either",
-    ),
-    buffer(
-        "cell_lists",
-        Scratch,
-        Lists,
-        1,
-        "particles of each cell, then ghosts of squirmers, as many as its list has room for",
-    ),
+    buffer("bin_next", Scratch, Binned, 1, "next squirmer of the same bin, index + 1"),
+    buffer("cell_counts", Scratch, Cells, 1, "particles per cell, then ghosts; zero after the sums over either"),
+    buffer("cell_lists", Scratch, Lists, 1, "particles of each cell, then ghosts, as many as there is room for"),
     buffer(
         "spills",
         Scratch,
@@ -454,7 +449,7 @@ pub struct Sizes {
     pub ghost_stride: u64,
     /// Cells along the edge of the largest box around a squirmer.
     pub box_edge: u64,
-    /// Bins of the pair search.
+    /// Bins of the pair search; 0 where squirmers are few.
     pub bins: u64,
     /// Particles that a cell's list has room for.
     pub list_room: u64,
@@ -479,8 +474,10 @@ impl Sizes {
             Extent::Squirmers => self.squirmers,
             Extent::Species => self.species,
             Extent::SquirmerGhosts => self.squirmers * self.ghost_stride,
-            Extent::SquirmerBoxes => self.squirmers * self.box_edge.pow(3),
+            Extent::SquirmerColumns => self.squirmers * self.box_edge.pow(2),
+            Extent::SquirmerParts => self.squirmers * 64,
             Extent::Bins => self.bins,
+            Extent::Binned => self.squirmers * self.bins.min(1),
             Extent::Blocks => self.cells.div_ceil(1024),
             Extent::Scans => self.cells.div_ceil(1024) * 64,
             Extent::Lists => self.cells * self.list_room,

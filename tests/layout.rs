@@ -71,6 +71,7 @@ fn records_are_as_long_as_the_catalogue_says() {
         ("impulses", "IMPULSE_WORDS"),
         ("ghost_sums", "SUM_WORDS"),
         ("squirmer_map", "MAP_WORDS"),
+        ("steric_sums", "STERIC_WORDS"),
         ("wall_sums", "WALL_SUM_WORDS"),
         ("wall_shear", "WALL_SHEAR_WORDS"),
     ];

@@ -18,8 +18,8 @@ fn files(folder: &str) -> Vec<PathBuf> {
 }
 
 /// What `squirm check` says of a run's memory is what the run takes, but for the rounding of each buffer to 16 bytes.
-fn predicts_memory(session: &Session, plan: &squirm::graph::Plan, lanes: squirm::shader::Lanes) {
-    let names = squirm::graph::fused::bound(plan, lanes).expect("valid shaders");
+fn predicts_memory(session: &Session, plan: &squirm::graph::Plan) {
+    let names = squirm::graph::fused::bound(plan).expect("valid shaders");
     let sizes = squirm::state::packed::sizes(&plan.system, session.particles());
     let predicted: u64 = squirm::graph::memory(names.iter().map(String::as_str), &sizes).iter().map(|(_, n)| n).sum();
     assert!(session.memory() >= predicted && session.memory() - predicted < 16 * 32, "{}", plan.name);
@@ -34,7 +34,7 @@ fn left(gpu: &Gpu, path: &Path, sets: &[String], form: Form) -> (String, Vec<u32
     let state = squirm::state::start::start(&loaded.plan.system).expect("a start");
     let mut session = Session::formed(gpu, &loaded.plan, &state, form).expect("a session");
     if form == Form::Fused {
-        predicts_memory(&session, &loaded.plan, gpu.lanes);
+        predicts_memory(&session, &loaded.plan);
     }
     for steps in [1, 4] {
         session.advance(steps, false);

@@ -53,22 +53,46 @@ fn solve_mixed(a: Spheroid, b: Spheroid, r: vec3<f32>, t: f32) -> Solved {
     return solved;
 }
 
-// Maximum over t of t (1 - t) R.Y: zero of (1 - t)^2 Y.A Y - t^2 Y.B Y, which falls monotonically, by bisection to 2^-25.
+// Maximum over t of t (1 - t) R.Y: where (1 - t) sqrt(Y.A Y) = t sqrt(Y.B Y), or p/(p + q) - t vanishes with these roots p and q, which
+// falls through zero once and for two spheres is a straight line. Regula falsi with halved weights of an end that stays (Illinois;
+// Dowell and Jarratt, BIT 11, 168, 1971): five or six rounds to f32's resolution, as exact after 16 as 24 bisections up to ratios of 20.
 fn contact_parameter(a: Spheroid, b: Spheroid, r: vec3<f32>) -> f32 {
     let a2 = a.across * a.across;
     let b2 = b.across * b.across;
     let a_excess = fma(a.along, a.along, -a2);
     let b_excess = fma(b.along, b.along, -b2);
+    // Where it is positive and where negative: t and its value; the first are no more than a guess.
+    var low = vec2<f32>(0.0, 0.5);
+    var high = vec2<f32>(1.0, -0.5);
+    var moved = 0;
     var t = 0.5;
-    var step = 0.25;
-    for (var i = 0u; i < 24u; i = i + 1u) {
+    for (var i = 0u; i < 16u; i = i + 1u) {
         let s = solve_mixed(a, b, r, t);
         let square = dot3(s.y, s.y);
-        let of_a = fma(a_excess, s.p * s.p, a2 * square);
-        let of_b = fma(b_excess, s.q * s.q, b2 * square);
-        let slope = fma((1.0 - t) * (1.0 - t), of_a, -(t * t * of_b));
-        t = t + select(-step, step, slope > 0.0);
-        step = 0.5 * step;
+        let p = sqrt(max(fma(a_excess, s.p * s.p, a2 * square), 0.0));
+        let q = sqrt(max(fma(b_excess, s.q * s.q, b2 * square), 0.0));
+        let value = fma(-t, p + q, p) / (p + q);
+        if abs(value) <= 1.1920929e-7 {
+            break;
+        }
+        if value > 0.0 {
+            high.y = select(high.y, 0.5 * high.y, moved == 1);
+            low = vec2<f32>(t, value);
+            moved = 1;
+        } else {
+            low.y = select(low.y, 0.5 * low.y, moved == -1);
+            high = vec2<f32>(t, value);
+            moved = -1;
+        }
+        var next = fma(high.x - low.x, low.y / (low.y - high.y), low.x);
+        if !(next > low.x && next < high.x) {
+            next = 0.5 * (low.x + high.x);
+        }
+        let done = abs(next - t) <= 5.9604645e-8;
+        t = next;
+        if done {
+            break;
+        }
     }
     return t;
 }

@@ -25,58 +25,82 @@ const MAP_SLOTS: u32 = 7u;
 // Particles leave a surface this much outside, relative to the semi-axes: more than f32 rounding, far less than a mean free path.
 const OUTSIDE: f32 = 1.00001;
 
+fn map_cleared(cell: u32) {
+    atomicStore(&squirmer_map[cell * MAP_WORDS], 0u);
+}
+
 @compute @workgroup_size(WORKGROUP)
 fn clear_map(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
     let cell = invocation(group, groups, lane);
     if cell < system.cell_count {
-        atomicStore(&squirmer_map[cell * MAP_WORDS], 0u);
+        map_cleared(cell);
     }
 }
 
-// Every cell that a point within `margin` of the squirmer can lie in names the squirmer.
-@compute @workgroup_size(WORKGROUP)
-fn mark_map(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
-    let k = invocation(group, groups, lane);
-    let edge = system.box_edge;
-    let i = k / (edge * edge * edge);
-    if i >= system.squirmer_count {
-        return;
-    }
-    let local = vec3<u32>(k % edge, (k / edge) % edge, (k / (edge * edge)) % edge);
-    // In a periodic box smaller than the squirmer's box each cell is visited once; across a slit nothing repeats.
-    if any(local >= vec3<u32>(system.size.x, select(system.size.y, edge, system.walled == 1u), system.size.z)) {
-        return;
-    }
-    let centre = squirmers[i].position;
-    let c = vec3<i32>(
-        i32(split(centre.x, system.period.x).x),
-        i32(split(centre.y, system.period.y).x),
-        i32(split(centre.z, system.period.z).x),
-    ) + vec3<i32>(local) - vec3<i32>(i32(edge / 2u));
-    let size = vec3<i32>(system.size);
-    if system.walled == 1u && (c.y < 0 || c.y >= size.y) {
-        return;
-    }
-    let cell = (c + 2 * size) % size;
-    // From the squirmer's centre to the cell's centre; a place, unlike a displacement, may lie more than half a turn from 0.
-    let middle = vec3<u32>((vec3<f32>(cell) + 0.5) * system.units);
-    let d = separation(middle, centre);
-    let kind = species[squirmers[i].species];
+// How far from the squirmer's centre a cell's centre may be along each axis, if a point of the cell is within the margin.
+fn box_of(orientation: vec4<f32>, b: vec3<f32>) -> vec3<f32> {
+    let e = turn(orientation, vec3<f32>(0.0, 0.0, 1.0));
+    return sqrt(vec3<f32>(b.x * b.x) + (b.z * b.z - b.x * b.x) * e * e) + vec3<f32>(settings.margin + 0.867);
+}
+
+// Whether the centre of a cell, at `d` from the squirmer's, is so far that no point of the cell is within the margin.
+fn far_off(orientation: vec4<f32>, b: vec3<f32>, d: vec3<f32>) -> bool {
     // A plane that touches the spheroid and has the cell's centre beyond it proves a distance (support function).
-    let p = turn_back(squirmers[i].orientation, d);
-    let b = hull(kind);
-    if dot(p / b, p / b) > 1.0 {
-        let n = normalize(p / (b * b));
-        if dot(n, p) - length(b * n) > settings.margin + 0.8661 {
-            return;
-        }
+    let p = turn_back(orientation, d);
+    if dot(p / b, p / b) <= 1.0 {
+        return false;
     }
-    let word = cell_index(vec3<u32>(cell)) * MAP_WORDS;
+    let n = normalize(p / (b * b));
+    return dot(n, p) - length(b * n) > settings.margin + 0.8661;
+}
+
+fn mark(cell: u32, i: u32) {
+    let word = cell * MAP_WORDS;
     let slot = atomicAdd(&squirmer_map[word], 1u);
     if slot < MAP_SLOTS {
         atomicStore(&squirmer_map[word + 1u + slot], i);
     } else {
         atomicOr(&faults[0], FAULT_CROWDED);
+    }
+}
+
+// Every cell that a point within `margin` of the squirmer can lie in names the squirmer: a column of cells along z.
+@compute @workgroup_size(WORKGROUP)
+fn mark_map(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+    let k = invocation(group, groups, lane);
+    let edge = system.box_edge;
+    let i = k / (edge * edge);
+    if i >= system.squirmer_count {
+        return;
+    }
+    let column = vec2<u32>(k % edge, (k / edge) % edge);
+    // In a periodic box smaller than the squirmer's box each cell is visited once; across a slit nothing repeats.
+    if column.x >= system.size.x || (system.walled == 0u && column.y >= system.size.y) {
+        return;
+    }
+    let centre = squirmers[i].position;
+    let orientation = squirmers[i].orientation;
+    let b = hull(species[squirmers[i].species]);
+    let size = vec3<i32>(system.size);
+    let first = vec3<i32>(
+        i32(split(centre.x, system.period.x).x),
+        i32(split(centre.y, system.period.y).x),
+        i32(split(centre.z, system.period.z).x),
+    ) + vec3<i32>(vec2<i32>(column), 0) - vec3<i32>(i32(edge / 2u));
+    if system.walled == 1u && (first.y < 0 || first.y >= size.y) {
+        return;
+    }
+    let reach = box_of(orientation, b);
+    for (var z = 0; z < min(i32(edge), size.z); z++) {
+        let cell = (first + vec3<i32>(0, 0, z) + 2 * size) % size;
+        // From the squirmer's centre to the cell's centre; a place, unlike a displacement, may lie more than half a turn from 0.
+        let d = separation(vec3<u32>((vec3<f32>(cell) + 0.5) * system.units), centre);
+        if any(abs(d.xy) > reach.xy) {
+            return;
+        }
+        if abs(d.z) <= reach.z && !far_off(orientation, b, d) {
+            mark(cell_index(vec3<u32>(cell)), i);
+        }
     }
 }
 

@@ -14,8 +14,13 @@
 @group(0) @binding(6) var<storage, read_write> steric: array<vec4<f32>>;
 @group(0) @binding(7) var<storage, read_write> faults: array<atomic<u32>>;
 @group(0) @binding(8) var<storage, read_write> wall_impulses: array<atomic<u32>>;
+@group(0) @binding(9) var<storage, read_write> steric_sums: array<atomic<i32>>;
 var<immediate> now: Now;
 
+// Invocations that share the partners of one squirmer.
+const FORCE_PARTS: u32 = 64u;
+// Words of a squirmer's sums: force, torque, number of contacts; zero between substeps.
+const STERIC_WORDS: u32 = 8u;
 // Partners and walls that may act on one squirmer; the fixed-point scales leave room for as many at their largest force.
 const MOST_CONTACTS = 64u;
 
@@ -110,18 +115,18 @@ fn spheroid(i: u32) -> Spheroid {
     return Spheroid(body_axis(squirmers[i].orientation), kind.across + settings.safety, kind.along + settings.safety);
 }
 
-// Force and torque in fixed point: integers add up to the same sum in any order, so the order of a bin's list does not matter.
+// Force and torque in fixed point: integers add up to the same sum in any order, whoever finds a contact first.
 struct Sum {
     force: vec3<i32>,
     torque: vec3<i32>,
-    contacts: u32,
+    contacts: i32,
 }
 
 fn add_contact(before: Sum, force: vec3<f32>, torque: vec3<f32>) -> Sum {
     var sum = before;
-    sum.contacts = sum.contacts + 1u;
+    sum.contacts = sum.contacts + 1;
     let fits = all(abs(force) <= vec3<f32>(1.001 * settings.max_force)) && all(abs(torque) <= vec3<f32>(settings.max_torque));
-    if !fits || sum.contacts > MOST_CONTACTS {
+    if !fits {
         atomicOr(&faults[0], FAULT_STERIC);
         return sum;
     }
@@ -179,43 +184,103 @@ fn add_partner(sum: Sum, i: u32, body: Spheroid, j: u32) -> Sum {
     return add_contact(sum, strength * c.by_shift, strength * c.by_turn_b);
 }
 
-@compute @workgroup_size(WORKGROUP)
-fn force(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
-    let i = invocation(group, groups, lane);
-    if i >= system.squirmer_count {
-        return;
-    }
-    let body = spheroid(i);
+fn may_touch(i: u32, position: vec3<u32>, j: u32) -> bool {
+    let r = separation(squirmers[j].position, position);
+    return j != i && dot3(r, r) < settings.reach * settings.reach;
+}
+
+// Few squirmers: each part looks at every so manieth of all. Parts find their next partner together before any computes its contact.
+fn among_all(i: u32, body: Spheroid, part: u32) -> Sum {
     let position = squirmers[i].position;
     var sum: Sum;
-    // Bins that a partner in reach can lie in: each distinct bin once, also where the axis has few. The small term covers
-    // the 16 bits that bin_of drops.
+    for (var j = part; j < system.squirmer_count; j = j + FORCE_PARTS) {
+        while j < system.squirmer_count && !may_touch(i, position, j) {
+            j = j + FORCE_PARTS;
+        }
+        if j < system.squirmer_count {
+            sum = add_partner(sum, i, body, j);
+        }
+    }
+    return sum;
+}
+
+// Many: each part takes some of the bins that a partner in reach can lie in, each distinct bin once, also where the axis has few. The
+// small term covers the 16 bits that bin_of drops.
+fn among_bins(i: u32, body: Spheroid, part: u32) -> Sum {
     let bins = vec3<f32>(system.bins);
     let near = vec3<u32>(floor(fma(settings.reach / vec3<f32>(system.size), bins, bins * 3.0517578e-5))) + vec3<u32>(1u);
     let every = 2u * near + vec3<u32>(1u) >= system.bins;
     let count = select(2u * near + vec3<u32>(1u), system.bins, every);
-    let first = select(bin_of(position) + system.bins - near, vec3<u32>(0u), every);
-    for (var z = 0u; z < count.z; z = z + 1u) {
-        for (var y = 0u; y < count.y; y = y + 1u) {
-            for (var x = 0u; x < count.x; x = x + 1u) {
-                var next = atomicLoad(&bin_heads[bin_index((first + vec3<u32>(x, y, z)) % system.bins)]);
-                while next != 0u {
-                    let j = next - 1u;
-                    if j != i {
-                        sum = add_partner(sum, i, body, j);
-                    }
-                    next = bin_next[j];
-                }
+    let first = select(bin_of(squirmers[i].position) + system.bins - near, vec3<u32>(0u), every);
+    var sum: Sum;
+    for (var k = part; k < count.x * count.y * count.z; k = k + FORCE_PARTS) {
+        let bin = first + vec3<u32>(k % count.x, (k / count.x) % count.y, k / (count.x * count.y));
+        var next = atomicLoad(&bin_heads[bin_index(bin % system.bins)]);
+        while next != 0u {
+            let j = next - 1u;
+            if j != i {
+                sum = add_partner(sum, i, body, j);
             }
+            next = bin_next[j];
         }
     }
-    if system.walled == 1u {
-        // Heights from whole units above the nearer wall: a global f32 coordinate would lose digits at the far one.
-        sum = lean_on_wall(sum, i, body, 0u, f32(position.y) * system.cell_per_unit.y);
-        sum = lean_on_wall(sum, i, body, 1u, f32(0x80000000u - position.y) * system.cell_per_unit.y);
+    return sum;
+}
+
+@compute @workgroup_size(WORKGROUP)
+fn force(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+    let k = invocation(group, groups, lane);
+    let i = k / FORCE_PARTS;
+    let part = k % FORCE_PARTS;
+    if i >= system.squirmer_count {
+        return;
     }
-    steric[2u * i] = vec4<f32>(vec3<f32>(sum.force) * (1.0 / settings.force_scale), 0.0);
-    steric[2u * i + 1u] = vec4<f32>(vec3<f32>(sum.torque) * (1.0 / settings.torque_scale), 0.0);
+    let body = spheroid(i);
+    var sum: Sum;
+    if system.bins.x == 0u {
+        sum = among_all(i, body, part);
+    } else {
+        sum = among_bins(i, body, part);
+    }
+    if system.walled == 1u && part < 2u {
+        // Heights from whole units above the nearer wall: a global f32 coordinate would lose digits at the far one.
+        let y = squirmers[i].position.y;
+        let height = select(y, 0x80000000u - y, part == 1u);
+        sum = lean_on_wall(sum, i, body, part, f32(height) * system.cell_per_unit.y);
+    }
+    if sum.contacts == 0 {
+        return;
+    }
+    for (var axis = 0u; axis < 3u; axis++) {
+        atomicAdd(&steric_sums[i * STERIC_WORDS + axis], sum.force[axis]);
+        atomicAdd(&steric_sums[i * STERIC_WORDS + 3u + axis], sum.torque[axis]);
+    }
+    atomicAdd(&steric_sums[i * STERIC_WORDS + 6u], sum.contacts);
+}
+
+fn take_sum(word: u32) -> f32 {
+    let sum = f32(atomicLoad(&steric_sums[word]));
+    atomicStore(&steric_sums[word], 0);
+    return sum;
+}
+
+struct Load {
+    force: vec3<f32>,
+    torque: vec3<f32>,
+}
+
+// Force and torque of all contacts, as `steric` shows them; the sums begin anew.
+fn take_steric(i: u32) -> Load {
+    let word = i * STERIC_WORDS;
+    let force = vec3<f32>(take_sum(word), take_sum(word + 1u), take_sum(word + 2u));
+    let torque = vec3<f32>(take_sum(word + 3u), take_sum(word + 4u), take_sum(word + 5u));
+    if take_sum(word + 6u) > f32(MOST_CONTACTS) {
+        atomicOr(&faults[0], FAULT_STERIC);
+    }
+    let load = Load(force * (1.0 / settings.force_scale), torque * (1.0 / settings.torque_scale));
+    steric[2u * i] = vec4<f32>(load.force, 0.0);
+    steric[2u * i + 1u] = vec4<f32>(load.torque, 0.0);
+    return load;
 }
 
 @compute @workgroup_size(WORKGROUP)
@@ -224,12 +289,13 @@ fn kick_drift(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) 
     if i >= system.squirmer_count {
         return;
     }
+    let load = take_steric(i);
     var s = squirmers[i];
     let kind = species[s.species];
     if kind.held == 0u {
         let substep = 2.0 * settings.half_step;
-        s.velocity = fma(steric[2u * i].xyz + kind.force, vec3<f32>(substep / kind.mass), s.velocity);
-        s.angular_momentum = fma(steric[2u * i + 1u].xyz, vec3<f32>(substep), s.angular_momentum);
+        s.velocity = fma(load.force + kind.force, vec3<f32>(substep / kind.mass), s.velocity);
+        s.angular_momentum = fma(load.torque, vec3<f32>(substep), s.angular_momentum);
     }
     squirmers[i] = drifted(s);
 }

@@ -79,7 +79,7 @@ pub fn meaning(loaded: &Loaded) -> Meaning {
     let transport = rule(plan).map(|rule| rule.transport());
     let mut elements = sizes(system);
     elements.particles = *particles;
-    let bound = graph::fused::bound(plan, graph::Lanes::Four).unwrap_or_default();
+    let bound = graph::fused::bound(plan).unwrap_or_default();
     let buffers = memory(bound.iter().map(String::as_str), &elements);
     let mut memory: Vec<_> = buffers.into_iter().map(|(b, bytes)| (b.name, bytes)).collect();
     memory.extend(snapshots(plan, *particles));
@@ -256,8 +256,11 @@ impl fmt::Display for Meaning {
             write!(f, "{species}")?;
         }
         if !self.species.is_empty() {
-            let [x, y, z] = self.bins;
-            writeln!(f, "  bodies     {:.1} % of the volume; {x} x {y} x {z} bins", 100.0 * self.volume_fraction)?;
+            let search = match self.bins {
+                [0, ..] => "all pairs".to_owned(),
+                [x, y, z] => format!("{x} x {y} x {z} bins"),
+            };
+            writeln!(f, "  bodies     {:.1} % of the volume; {search}", 100.0 * self.volume_fraction)?;
         }
         self.resources(f)
     }

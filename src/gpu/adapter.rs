@@ -33,6 +33,8 @@ pub struct Gpu {
     pub(super) device: wgpu::Device,
     pub(super) queue: wgpu::Queue,
     pub(super) timestamps: bool,
+    /// Buffers may be declared coherent.
+    pub(super) coherent: bool,
     pub(super) failure: Arc<Mutex<Option<String>>>,
 }
 
@@ -40,6 +42,9 @@ const NEEDED: wgpu::Features = wgpu::Features::IMMEDIATES;
 
 /// What neighbouring invocations need to add up their sums.
 const SHARING: wgpu::Features = wgpu::Features::SUBGROUP;
+
+/// What the invocations of a workgroup need to read what the others wrote; without it they have what the barrier gives.
+const COHERENT: wgpu::Features = wgpu::Features::MEMORY_DECORATION_COHERENT;
 
 fn timing_features() -> wgpu::Features {
     wgpu::Features::TIMESTAMP_QUERY | wgpu::Features::TIMESTAMP_QUERY_INSIDE_PASSES
@@ -109,7 +114,8 @@ impl Gpu {
         let timestamps = adapter.features().contains(timing_features());
         let shares = adapter.features().contains(SHARING) && adapter.get_info().subgroup_min_size >= 4;
         let lanes = if shares && chosen.kind != "CPU" { Lanes::Four } else { Lanes::One };
-        let optional = [(timestamps, timing_features()), (shares, SHARING)];
+        let coherent = adapter.features().contains(COHERENT);
+        let optional = [(timestamps, timing_features()), (shares, SHARING), (coherent, COHERENT)];
         let required_features =
             optional.iter().filter(|(there, _)| *there).fold(NEEDED, |all, (_, feature)| all | *feature);
         let descriptor = wgpu::DeviceDescriptor {
@@ -126,7 +132,7 @@ impl Gpu {
         device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| record(&note, error.to_string())));
         let note = failure.clone();
         device.set_device_lost_callback(move |reason, message| record(&note, format!("{reason:?}: {message}")));
-        Ok(Self { summary: chosen, lanes, device, queue, timestamps, failure })
+        Ok(Self { summary: chosen, lanes, device, queue, timestamps, coherent, failure })
     }
 
     /// What the driver has complained about since the last call.

@@ -4,7 +4,7 @@ use super::kernel::{Buffers, Kernel, compile, groups, settings};
 use super::{Gpu, GpuError};
 use crate::buffers::{Now, Sizes};
 use crate::graph::fused::{Item, Occasion, items, joint};
-use crate::graph::{Plan, constants};
+use crate::graph::{Plan, constants, small};
 use crate::shader::{ENTRY, Lanes, Module, settings_name};
 use crate::stages::Entry;
 use std::collections::HashMap;
@@ -33,7 +33,7 @@ pub(super) struct Ordered {
 
 impl Ordered {
     /// Orders for every choice of the stages that do not run in each step.
-    pub(super) fn new(plan: &Plan, lanes: Lanes) -> Result<Self, GpuError> {
+    pub(super) fn new(plan: &Plan, lanes: Lanes, sizes: &Sizes) -> Result<Self, GpuError> {
         let every: Vec<u64> = plan.stages.iter().map(|s| (s.entry.every)(&s.values)).collect();
         let occasional: u64 = every.iter().enumerate().map(|(i, n)| u64::from(*n > 1) << i).sum();
         let mut ordered = Self { orders: HashMap::new(), every, lanes, kernels: Vec::new() };
@@ -41,8 +41,9 @@ impl Ordered {
         loop {
             for occasion in [Occasion::First, Occasion::Next, Occasion::Last] {
                 let stages = ordered.stages(plan, running);
-                let order = items(&stages, occasion, lanes)?;
-                let order = order.into_iter().map(|item| ordered.enter(item, &stages)).collect::<Result<_, _>>()?;
+                let order = items(&stages, occasion, sizes)?;
+                let order =
+                    order.into_iter().map(|item| ordered.enter(item, &stages, sizes)).collect::<Result<_, _>>()?;
                 ordered.orders.insert((occasion, running), order);
             }
             // The next subset of the occasional stages.
@@ -60,13 +61,14 @@ impl Ordered {
         plan.stages.iter().enumerate().map(stage).collect()
     }
 
-    fn enter(&mut self, item: Item, stages: &[(&'static Entry, u32, bool)]) -> Result<usize, GpuError> {
+    fn enter(&mut self, item: Item, stages: &[(&'static Entry, u32, bool)], sizes: &Sizes) -> Result<usize, GpuError> {
         if let Some(known) = self.kernels.iter().position(|(i, _)| *i == item) {
             return Ok(known);
         }
         let module = match &item {
             Item::Joint(members) => joint(members, stages, self.lanes)?,
             Item::Alone(m) => stages[m.stage].0.fused_module(m.fused, self.lanes)?,
+            Item::Small(members) => small::module(members, stages, sizes)?,
         };
         self.kernels.push((item, module));
         Ok(self.kernels.len() - 1)
@@ -88,24 +90,23 @@ impl Fused {
         let mut made = Vec::new();
         for (item, module) in ordered.kernels {
             let members = item.members();
-            let kinds: Vec<&str> = members.iter().map(|m| plan.stages[m.stage].entry.kind).collect();
+            let mut kinds: Vec<&str> = members.iter().map(|m| plan.stages[m.stage].entry.kind).collect();
             let own = settings_name(kinds[0]);
             let find = |name: &str| {
                 let name = if name == "settings" { own.as_str() } else { name };
                 uniforms.iter().find(|(n, _)| n == name).map(|(_, b)| b.clone()).expect("every stage has its uniform")
             };
-            let point = if matches!(item, Item::Joint(_)) { ENTRY } else { members[0].phase.entry };
+            let over = members[0].phase.over;
+            let (point, groups) = match item {
+                Item::Small(_) => (ENTRY, [1, 1]),
+                Item::Joint(_) => (ENTRY, groups(sizes.count(over) * item.lanes(ordered.lanes), over)),
+                Item::Alone(_) => (members[0].phase.entry, groups(sizes.count(over) * item.lanes(ordered.lanes), over)),
+            };
+            let mut seen = std::collections::HashSet::new();
+            kinds.retain(|kind| seen.insert(*kind));
             let label = if members.len() == 1 { format!("{} {}", kinds[0], point) } else { kinds.join(" + ") };
             let compiled = compile(gpu, &label, &module);
-            let over = members[0].phase.over;
-            let kernel = Kernel::new(
-                gpu,
-                &compiled,
-                &module,
-                (point, groups(sizes.count(over) * item.lanes(ordered.lanes), over)),
-                (buffers, &find),
-                &constants,
-            )?;
+            let kernel = Kernel::new(gpu, &compiled, &module, (point, groups), (buffers, &find), &constants)?;
             made.push(Made { item, kernel, label });
         }
         Ok(Self { every: ordered.every, made, orders: ordered.orders })
@@ -126,7 +127,8 @@ impl Fused {
         stamp(pass);
         for k in self.order(occasion, step) {
             let made = &self.made[*k];
-            let member = &made.item.members()[made.item.members().len() - 1];
+            let members = made.item.members();
+            let member = members.iter().find(|m| m.now).unwrap_or(&members[0]);
             let now = if member.late { step - 1 } else { step };
             made.kernel.dispatch(pass, Now::at(now, member.repetition));
             stamp(pass);

@@ -34,10 +34,8 @@ pub(super) fn settings(gpu: &Gpu, stage: &PlannedStage, plan: &Plan) -> wgpu::Bu
 /// A module for the adapter.
 #[allow(unsafe_code)]
 pub(super) fn compile(gpu: &Gpu, label: &str, module: &Module) -> wgpu::ShaderModule {
-    let descriptor = wgpu::ShaderModuleDescriptor {
-        label: Some(label),
-        source: wgpu::ShaderSource::Wgsl(module.text.as_str().into()),
-    };
+    let text = if gpu.coherent { module.text.as_str().into() } else { module.text.replace("@coherent ", "").into() };
+    let descriptor = wgpu::ShaderModuleDescriptor { label: Some(label), source: wgpu::ShaderSource::Wgsl(text) };
     // A counter in every loop would keep compilers from unrolling short ones.
     let checks = wgpu::ShaderRuntimeChecks { force_loop_bounding: false, ..wgpu::ShaderRuntimeChecks::checked() };
     // SAFETY: every loop of the shaders ends: they count up to a bound, or follow a chain of which each entry is older than the one before.

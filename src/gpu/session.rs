@@ -75,7 +75,7 @@ impl Session {
         let sizes = packed::sizes(&plan.system, state.particles.len() as u64);
         let (modules, ordered) = match form {
             Form::Loose => (plan.stages.iter().map(|s| s.entry.module()).collect::<Result<Vec<_>, _>>()?, None),
-            Form::Fused => (Vec::new(), Some(Ordered::new(plan, gpu.lanes)?)),
+            Form::Fused => (Vec::new(), Some(Ordered::new(plan, gpu.lanes, &sizes)?)),
         };
         let all = modules.iter().chain(ordered.iter().flat_map(|o| o.kernels.iter().map(|(_, module)| module)));
         let mut used: HashSet<String> =

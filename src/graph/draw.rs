@@ -68,20 +68,34 @@ pub fn terminal(kernels: &[Kernel]) -> String {
     text
 }
 
+/// A row of the table of the fused plan: a name, what it uses, and what it has invocations for.
+type Row = (String, Vec<Use>, Extent);
+
+fn rows(item: &Item, stages: &[(&'static Entry, u32, bool)]) -> Vec<Row> {
+    let point = |m: &Member| format!("{} {}", stages[m.stage].0.kind, m.phase.entry);
+    let members = item.members();
+    if let Item::Small(_) = item {
+        let head = ("one workgroup:".to_owned(), Vec::new(), Extent::One);
+        let indented = members.iter().map(|m| (format!("  {}", point(m)), m.uses.clone(), m.phase.over));
+        return std::iter::once(head).chain(indented).collect();
+    }
+    vec![(members.iter().map(point).collect::<Vec<_>>().join(" + "), item.uses(), members[0].phase.over)]
+}
+
 /// The kernels of a step that applies the collision of the one before, as a table: which stages share one, and the bytes that each
-/// moves per fluid particle if every buffer is read and written once.
+/// moves per fluid particle if every buffer is read and written once. Small kernels that share a workgroup stand below it.
 #[must_use]
 pub fn fused(items: &[Item], stages: &[(&'static Entry, u32, bool)], sizes: &Sizes) -> String {
-    let name = |item: &Item| {
-        let points = |m: &Member| format!("{} {}", stages[m.stage].0.kind, m.phase.entry);
-        item.members().iter().map(points).collect::<Vec<_>>().join(" + ")
-    };
-    let width = items.iter().map(|i| name(i).len()).max().unwrap_or(0);
+    let rows: Vec<Row> = items.iter().flat_map(|i| rows(i, stages)).collect();
+    let width = rows.iter().map(|(name, ..)| name.len()).max().unwrap_or(0);
     let mut text = format!("{:<width$}  {:>15}  reads and writes\n", "kernel", "bytes/particle");
     let mut sum = 0.0;
-    for item in items {
-        let uses = item.uses();
-        let bytes: f64 = uses.iter().map(|u| moved(u, item.members()[0].phase.over, sizes)).sum();
+    for (name, uses, over) in rows {
+        if uses.is_empty() {
+            let _ = writeln!(text, "{name}");
+            continue;
+        }
+        let bytes: f64 = uses.iter().map(|u| moved(u, over, sizes)).sum();
         sum += bytes;
         let how = |u: &Use| match (u.read, u.write) {
             (true, true) => format!("+{}", u.buffer),
@@ -91,7 +105,7 @@ pub fn fused(items: &[Item], stages: &[(&'static Entry, u32, bool)], sizes: &Siz
         let seen =
             uses.iter().filter(|u| !BACKGROUND.contains(&u.buffer.as_str()) && !u.buffer.starts_with("settings"));
         let list = seen.map(how).collect::<Vec<_>>().join(", ");
-        let _ = writeln!(text, "{:<width$}  {bytes:>15.2}  {list}", name(item));
+        let _ = writeln!(text, "{name:<width$}  {bytes:>15.2}  {list}");
     }
     let _ = writeln!(text, "{:<width$}  {sum:>15.2}  r reads, w writes, + both", "a step");
     text
@@ -102,13 +116,14 @@ pub fn fused(items: &[Item], stages: &[(&'static Entry, u32, bool)], sizes: &Siz
 #[allow(clippy::cast_precision_loss)]
 fn moved(used: &Use, over: Extent, sizes: &Sizes) -> f64 {
     let Some(buffer) = find(&used.buffer).filter(|b| !matches!(b.life, Life::Setting)) else { return 0.0 };
-    let few = matches!(over, Extent::WallCells | Extent::SquirmerGhosts | Extent::SquirmerBoxes);
+    let cells = if over == Extent::SquirmerColumns { sizes.box_edge } else { 1 };
+    let few = matches!(over, Extent::WallCells | Extent::SquirmerGhosts | Extent::SquirmerColumns);
     let whole = match buffer.extent {
         Extent::Lists => sizes.particles,
         Extent::Spills => 0,
         extent => sizes.count(extent),
     };
-    let elements = if few { whole.min(sizes.count(over)) } else { whole };
+    let elements = if few { whole.min(sizes.count(over) * cells) } else { whole };
     let ways = u64::from(used.read) + u64::from(used.write);
     (elements * ways * buffer.words as u64 * 4) as f64 / sizes.particles.max(1) as f64
 }
@@ -257,11 +272,11 @@ sum    take (after apply)  r ·
     fn the_fused_table_names_what_shares_a_kernel() {
         let kinds = ["stream", "shift-grid", "cell-reduce", "rotate", "apply"];
         let stages: Vec<_> = kinds.map(|k| (crate::stages::find(k).expect("a stage"), 1, true)).to_vec();
-        let items =
-            super::super::fused::items(&stages, super::super::fused::Occasion::Next, Lanes::One).expect("valid");
         let sizes = Sizes { particles: 1000, cells: 100, ..Sizes::default() };
+        let items = super::super::fused::items(&stages, super::super::fused::Occasion::Next, &sizes).expect("valid");
         let text = fused(&items, &stages, &sizes);
         assert!(text.contains("apply apply + stream stream + cell-reduce tally "), "{text}");
+        assert!(text.contains("one workgroup:\n  shift-grid keep_shift "), "{text}");
         let line = text.lines().find(|l| l.starts_with("cell-reduce gather + rotate rotate")).expect("they share one");
         // Particles 24, lists 4, counts read and written 0.8, the operator 6.4, and the shift; no moments, which stay in registers.
         assert!(line.contains(" 35.2") && !line.contains("moments"), "{line}");

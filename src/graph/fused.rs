@@ -1,11 +1,12 @@
 //! The fused plan: the kernels of a step in an order of their own, neighbours over the same particles or cells joined into one.
 //!
 //! The collision of a step is applied together with the streaming of the next, so that a particle is read and written once per step.
-//! Kernels in between run before or after the joint one as far as the buffers allow that they truly bind.
+//! Kernels in between run before or after the joint one as far as the buffers allow that they truly bind. Small ones are joined in the end
+//! ([`small`]).
 
-use super::Plan;
-use super::kernels::{APPLY, Use, uses};
-use crate::buffers::Extent;
+use super::kernels::{APPLY, Use, reflected};
+use super::{Plan, small};
+use crate::buffers::{Extent, Sizes};
 use crate::shader::{Lanes, Module, Over, Part, ShaderError, fuse};
 use crate::stages::{Entry, Phase};
 
@@ -26,11 +27,17 @@ pub struct Member {
     pub repetition: u32,
     /// What it binds, under the names that it has here.
     pub uses: Vec<Use>,
+    /// It uses `now`.
+    pub now: bool,
 }
 
 impl Member {
+    fn writes(&self, buffer: &str) -> bool {
+        self.uses.iter().any(|u| u.buffer == buffer && u.write)
+    }
+
     fn makes_sums(&self) -> bool {
-        self.uses.iter().any(|u| u.buffer == "moments" && u.write)
+        self.writes("moments")
     }
 }
 
@@ -41,6 +48,8 @@ pub enum Item {
     Alone(Member),
     /// Several kernels in one, over particles or over cells.
     Joint(Vec<Member>),
+    /// Small kernels that one workgroup does one after the other.
+    Small(Vec<Member>),
 }
 
 impl Item {
@@ -56,7 +65,7 @@ impl Item {
                 None => uses.push(used.clone()),
             }
         }
-        if members.len() > 1 && members[0].makes_sums() {
+        if matches!(self, Item::Joint(_)) && members.len() > 1 && members[0].makes_sums() {
             uses.retain(|u| u.buffer != "moments");
         }
         uses
@@ -73,7 +82,7 @@ impl Item {
     pub fn members(&self) -> &[Member] {
         match self {
             Item::Alone(member) => std::slice::from_ref(member),
-            Item::Joint(members) => members,
+            Item::Joint(members) | Item::Small(members) => members,
         }
     }
 }
@@ -90,11 +99,11 @@ pub fn stages(plan: &Plan, all: bool) -> Vec<(&'static Entry, u32, bool)> {
 ///
 /// # Errors
 /// If the WGSL of a stage is not valid.
-pub fn bound(plan: &Plan, lanes: Lanes) -> Result<Vec<String>, ShaderError> {
+pub fn bound(plan: &Plan) -> Result<Vec<String>, ShaderError> {
     let mut names = Vec::new();
     for all in [true, false] {
         for occasion in [Occasion::First, Occasion::Next, Occasion::Last] {
-            for item in items(&stages(plan, all), occasion, lanes)? {
+            for item in items(&stages(plan, all), occasion, &super::sizes(&plan.system))? {
                 names.extend(item.members().iter().flat_map(|m| &m.uses).map(|u| u.buffer.clone()));
             }
         }
@@ -114,39 +123,51 @@ pub enum Occasion {
 }
 
 /// The order of kernels on an occasion; a stage is its entry, how often it repeats within a step, and whether it runs in this step.
+/// Kernels over nothing are left out.
 ///
 /// # Errors
 /// If the WGSL of a stage is not valid.
 pub fn items(
     stages: &[(&'static Entry, u32, bool)],
     occasion: Occasion,
-    lanes: Lanes,
+    sizes: &Sizes,
 ) -> Result<Vec<Item>, ShaderError> {
     let apply = stages.iter().position(|(entry, ..)| entry.kind == APPLY).unwrap_or(stages.len());
     let mut list = Vec::new();
     if occasion == Occasion::Next {
         for (stage, (entry, ..)) in stages.iter().enumerate() {
             for phase in entry.fused.map_or(&[] as &[Phase], |f| f.preface) {
-                list.push(member(entry, stage, *phase, (true, false, 0), lanes)?);
+                list.push(member(entry, stage, *phase, (true, false, 0))?);
             }
         }
     }
     if occasion != Occasion::First && apply < stages.len() {
         let late = occasion == Occasion::Next;
-        push(&mut list, stages, apply, late, lanes)?;
+        push(&mut list, stages, apply, late)?;
         for (stage, (entry, ..)) in stages.iter().enumerate() {
-            enter(&mut list, entry, stage, entry.receive, (late, 0), lanes)?;
+            enter(&mut list, entry, stage, entry.receive, (late, 0))?;
         }
         for stage in apply + 1..stages.len() {
-            push(&mut list, stages, stage, late, lanes)?;
+            push(&mut list, stages, stage, late)?;
         }
     }
     if occasion != Occasion::Last {
         for stage in 0..apply {
-            push(&mut list, stages, stage, false, lanes)?;
+            push(&mut list, stages, stage, false)?;
         }
     }
-    Ok(arranged(list, stages))
+    list.retain(|m| sizes.count(m.phase.over) > 0);
+    Ok(small::joined(arranged(postponed(list, stages), stages), stages, sizes))
+}
+
+/// What is aside of the collision goes as far to the end as its buffers allow: there it may join those who need its cells.
+fn postponed(mut list: Vec<Member>, stages: &[(&'static Entry, u32, bool)]) -> Vec<Member> {
+    for at in (0..list.len()).rev().filter(|k| part(&list[*k], stages).aside()).collect::<Vec<_>>() {
+        let member = list.remove(at);
+        let stop = list[at..].iter().position(|later| conflict(&member, later));
+        list.insert(stop.map_or(list.len(), |k| at + k), member);
+    }
+    list
 }
 
 fn push(
@@ -154,11 +175,10 @@ fn push(
     stages: &[(&'static Entry, u32, bool)],
     stage: usize,
     late: bool,
-    lanes: Lanes,
 ) -> Result<(), ShaderError> {
     let (entry, repetitions, runs) = stages[stage];
     for repetition in 0..if runs { repetitions } else { 0 } {
-        enter(list, entry, stage, entry.phases, (late, repetition), lanes)?;
+        enter(list, entry, stage, entry.phases, (late, repetition))?;
     }
     Ok(())
 }
@@ -169,10 +189,9 @@ fn enter(
     stage: usize,
     phases: &[Phase],
     (late, repetition): (bool, u32),
-    lanes: Lanes,
 ) -> Result<(), ShaderError> {
     for (phase, fused) in phases.iter().flat_map(|p| entry.fused_phases(*p)) {
-        list.push(member(entry, stage, phase, (fused, late, repetition), lanes)?);
+        list.push(member(entry, stage, phase, (fused, late, repetition))?);
     }
     Ok(())
 }
@@ -182,36 +201,38 @@ fn member(
     stage: usize,
     phase: Phase,
     (fused, late, repetition): (bool, bool, u32),
-    lanes: Lanes,
 ) -> Result<Member, ShaderError> {
-    let mut uses = uses(entry, phase.entry, Some((fused, lanes)))?;
+    let (mut uses, now) = reflected(entry, phase.entry, fused)?;
     if late && entry.kind == APPLY {
         // By then the grid has been moved.
         uses.iter_mut().filter(|u| u.buffer == "shift").for_each(|u| "shift_before".clone_into(&mut u.buffer));
     }
     let shared = entry.shared.contains(&phase.entry);
-    Ok(Member { stage, phase, fused, shared, late, repetition, uses })
+    Ok(Member { stage, phase, fused, shared, late, repetition, uses, now })
 }
 
 /// One of them writes what the other uses. Faults are flags that are only ever added.
-fn conflict(a: &Member, b: &Member) -> bool {
+pub(super) fn conflict(a: &Member, b: &Member) -> bool {
     a.uses.iter().any(|x| b.uses.iter().any(|y| x.buffer == y.buffer && (x.write || y.write) && x.buffer != "faults"))
 }
 
 fn arranged(list: Vec<Member>, stages: &[(&'static Entry, u32, bool)]) -> Vec<Item> {
-    let joins = |m: &Member| stages[m.stage].0.function(m.phase.entry).is_some();
+    let leads = |m: &Member| stages[m.stage].0.function(m.phase.entry).is_some() && !part(m, stages).aside();
+    let joins = |m: &Member, group: &[Member]| {
+        leads(m) || part(m, stages).aside() && group.iter().any(|g| g.writes("operators"))
+    };
     let mut items = Vec::new();
     let mut rest = list;
-    while let Some(first) = rest.iter().position(joins) {
+    while let Some(first) = rest.iter().position(leads) {
         let later = rest.split_off(first + 1);
         let mut group = vec![rest.pop().expect("it was found")];
         items.extend(rest.into_iter().map(Item::Alone));
         let (mut hoisted, mut deferred) = (Vec::new(), Vec::new());
         for member in later {
             let free = !deferred.iter().any(|d| conflict(d, &member));
-            if free && joins(&member) && member.phase.over == group[0].phase.over {
+            if free && joins(&member, &group) && member.phase.over == group[0].phase.over {
                 group.push(member);
-            } else if free && !group.iter().any(|g| conflict(g, &member)) {
+            } else if free && !part(&member, stages).aside() && !group.iter().any(|g| conflict(g, &member)) {
                 hoisted.push(member);
             } else {
                 deferred.push(member);
@@ -231,22 +252,28 @@ fn arranged(list: Vec<Member>, stages: &[(&'static Entry, u32, bool)]) -> Vec<It
     items
 }
 
+/// The WGSL that has the kernel of a member.
+pub(super) fn text(member: &Member, entry: &'static Entry) -> &'static str {
+    if member.fused { entry.fused.map_or("", |f| f.wgsl) } else { entry.wgsl }
+}
+
+fn part(m: &Member, stages: &[(&'static Entry, u32, bool)]) -> Part<'static> {
+    let entry = stages[m.stage].0;
+    Part {
+        kind: entry.kind,
+        wgsl: text(m, entry),
+        settings: entry.uniform_wgsl,
+        function: entry.function(m.phase.entry).unwrap_or_default(),
+        late: m.late,
+    }
+}
+
 /// The kernel of joint members.
 ///
 /// # Errors
 /// If their functions do not fit together as WGSL.
 pub fn joint(members: &[Member], stages: &[(&'static Entry, u32, bool)], lanes: Lanes) -> Result<Module, ShaderError> {
-    let part = |m: &Member| {
-        let entry = stages[m.stage].0;
-        Part {
-            kind: entry.kind,
-            wgsl: entry.text(m.fused),
-            settings: entry.uniform_wgsl,
-            function: entry.function(m.phase.entry).unwrap_or_default(),
-            late: m.late,
-        }
-    };
-    let parts: Vec<Part<'_>> = members.iter().map(part).collect();
+    let parts: Vec<Part<'_>> = members.iter().map(|m| part(m, stages)).collect();
     let over = if members[0].phase.over == Extent::Particles {
         Over::Particles
     } else {

@@ -64,7 +64,7 @@ fn push(
 ) -> Result<(), ShaderError> {
     let (entry, every_step) = stages[stage];
     for phase in phases {
-        let uses = uses(entry, phase.entry, None)?;
+        let uses = uses(entry, phase.entry, false)?;
         list.push(Kernel { stage, kind: entry.kind, entry: phase.entry, receive, every_step, uses });
     }
     Ok(())
@@ -85,37 +85,42 @@ pub fn constants(plan: &Plan) -> [(&'static str, f64); 3] {
     ]
 }
 
-/// What an entry point of a stage binds, in its own WGSL or in that for the fused plan. Modules are reflected once for the life of the
-/// program.
+/// What an entry point of a stage binds, in its own WGSL or in that for the fused plan.
 ///
 /// # Errors
 /// If the WGSL of the stage is not valid.
-pub fn uses(entry: &'static Entry, point: &'static str, fused: Option<(bool, Lanes)>) -> Result<Vec<Use>, ShaderError> {
-    type Known = HashMap<(&'static str, Option<(bool, Lanes)>), Vec<(String, Vec<Use>)>>;
+pub fn uses(entry: &'static Entry, point: &'static str, fused: bool) -> Result<Vec<Use>, ShaderError> {
+    Ok(reflected(entry, point, fused)?.0)
+}
+
+/// The same, and whether it uses `now`. Modules are reflected once for the life of the program.
+///
+/// # Errors
+/// If the WGSL of the stage is not valid.
+pub fn reflected(entry: &'static Entry, point: &'static str, fused: bool) -> Result<(Vec<Use>, bool), ShaderError> {
+    type Known = HashMap<(&'static str, bool), Vec<(String, Vec<Use>, bool)>>;
     static KNOWN: Mutex<Option<Known>> = Mutex::new(None);
     let mut guard = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
     let known = guard.get_or_insert_default();
     if let hash_map::Entry::Vacant(place) = known.entry((entry.kind, fused)) {
-        let module = match fused {
-            Some((own, lanes)) => entry.fused_module(own, lanes)?,
-            None => entry.module()?,
-        };
+        let module = entry.fused_module(fused, Lanes::One)?;
         let bound = |m: &Module, point: &str| {
             let bindings = m.bindings(point).iter();
             bindings.map(|b| Use { buffer: b.name.clone(), read: b.access.read, write: b.access.write }).collect()
         };
-        let points = module.entry_points().map(|p| (p.to_owned(), bound(&module, p))).collect();
+        let points = module.entry_points().map(|p| (p.to_owned(), bound(&module, p), module.uses_now(p))).collect();
         place.insert(points);
     }
     let points = &known[&(entry.kind, fused)];
-    Ok(points.iter().find(|(name, _)| name == point).map(|(_, uses)| uses.clone()).unwrap_or_default())
+    let found = points.iter().find(|(name, ..)| name == point);
+    Ok(found.map(|(_, uses, now)| (uses.clone(), *now)).unwrap_or_default())
 }
 
 /// Kinds of stages that compute this buffer anew: the first of their kernels to bind it writes it without reading.
 #[must_use]
 pub fn makers(buffer: &str) -> Vec<&'static str> {
     let makes = |entry: &&'static Entry| {
-        let mut uses = entry.phases.iter().filter_map(|p| uses(entry, p.entry, None).ok()).flatten();
+        let mut uses = entry.phases.iter().filter_map(|p| uses(entry, p.entry, false).ok()).flatten();
         uses.find(|u| u.buffer == buffer).is_some_and(|u| u.write && !u.read)
     };
     REGISTRY.iter().filter(makes).map(|e| e.kind).collect()

@@ -6,8 +6,8 @@ pub mod fused;
 pub mod kernels;
 pub mod plan;
 pub mod sizes;
+pub mod small;
 
-pub use crate::shader::Lanes;
 pub use kernels::{Kernel, Use, constants, kernels};
 pub use plan::{Output, Plan, PlannedStage};
 pub use sizes::{SHOWN, memory, sizes};

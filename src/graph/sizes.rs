@@ -72,15 +72,18 @@ mod tests {
         assert_eq!(s.ghost_stride, 2496);
         // 6.12 a, half of the longest path of a step 0.6 a, half the diagonal of a cell, and a cell on either side.
         assert_eq!(s.box_edge, 18);
+        assert_eq!(s.bins, 0);
+        let mut many = system(true, &[(6.0, 3.0)]);
+        many.species[0].count = 1025;
         // At least 2 (6.12 + 1) a wide: two along x.
-        assert_eq!(s.bins, 2);
+        assert_eq!(sizes(&many).bins, 2);
     }
 
     #[test]
     fn a_fluid_alone() {
         let s = sizes(&system(false, &[]));
         assert_eq!((s.cells, s.wall_cells, s.particles), (7680, 0, 60_000));
-        assert_eq!((s.squirmers, s.ghost_stride, s.box_edge, s.bins), (0, 0, 0, 1));
+        assert_eq!((s.squirmers, s.ghost_stride, s.box_edge, s.bins), (0, 0, 0, 0));
     }
 
     #[test]

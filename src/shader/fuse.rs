@@ -18,12 +18,21 @@ pub struct Part<'a> {
     pub late: bool,
 }
 
+impl Part<'_> {
+    /// Its function `(cell: u32)` does something else for a cell than to change the operator.
+    #[must_use]
+    pub fn aside(&self) -> bool {
+        self.wgsl.contains(&format!("fn {}(cell: u32) {{", self.function))
+    }
+}
+
 /// What a fused kernel has one invocation for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Over {
     /// Particles: functions `(i, Particle) -> Particle`.
     Particles,
-    /// Cells: functions `(cell, Moments, Operator) -> Operator` after a first `(cell, part) -> Sums` or the moments in memory.
+    /// Cells: functions `(cell, Moments, Operator) -> Operator`, or `(cell)` for something aside, after a first `(cell, part) -> Sums` or
+    /// the moments in memory.
     Cells {
         /// The first function makes the sums.
         sums: bool,
@@ -102,9 +111,7 @@ pub fn fuse(parts: &[Part<'_>], over: Over, lanes: Lanes) -> Result<Module, Shad
     for name in &includes {
         let _ = writeln!(text, "//!include {name}");
     }
-    for (number, binding) in bindings.iter().enumerate() {
-        let _ = writeln!(text, "@group(0) @binding({number}) var<{}> {}: {};", binding.space, binding.name, binding.ty);
-    }
+    text.push_str(&bind_lines(&bindings));
     text.push_str("var<immediate> now: Now;\n");
     text.push_str(&bodies);
     text.push_str(&entry(parts, over, lanes));
@@ -113,14 +120,28 @@ pub fn fuse(parts: &[Part<'_>], over: Over, lanes: Lanes) -> Result<Module, Shad
     Module::new(&kinds.join(" + "), &lanes.chosen(&text), &declarations)
 }
 
-struct Bound {
+/// A variable of a fused module.
+pub(super) struct Bound {
     name: String,
     space: String,
     ty: String,
 }
 
+/// Declarations of these variables.
+pub(super) fn bind_lines(bindings: &[Bound]) -> String {
+    let line =
+        |(number, b): (usize, &Bound)| format!("@group(0) @binding({number}) var<{}> {}: {};\n", b.space, b.name, b.ty);
+    bindings.iter().enumerate().map(line).collect()
+}
+
 /// Sorts the lines of a part: what it includes, what it binds, and all else but its entry points.
-fn take(text: &str, part: &Part<'_>, includes: &mut Vec<String>, bindings: &mut Vec<Bound>, body: &mut String) {
+pub(super) fn take(
+    text: &str,
+    part: &Part<'_>,
+    includes: &mut Vec<String>,
+    bindings: &mut Vec<Bound>,
+    body: &mut String,
+) {
     let mut lines = text.lines();
     while let Some(line) = lines.next() {
         if let Some(name) = line.strip_prefix("//!include ") {
@@ -214,7 +235,11 @@ fn each_cell(parts: &[Part<'_>], sums: bool, operators: bool) -> Vec<String> {
         "let m = moments_at(i);".to_owned()
     });
     lines.push(format!("var o = {};", if operators { "operator_at(i)" } else { "no_collision()" }));
-    lines.extend(parts[usize::from(sums)..].iter().map(|part| format!("o = {}(i, m, o);", part.function)));
+    let call = |part: &Part<'_>| match part.aside() {
+        true => format!("if part == 0u {{ {}(i); }}", part.function),
+        false => format!("o = {}(i, m, o);", part.function),
+    };
+    lines.extend(parts[usize::from(sums)..].iter().map(call));
     lines.push("store_operator_part(i, part, LANES, o);".to_owned());
     lines
 }

@@ -4,8 +4,10 @@ pub mod compose;
 pub mod fuse;
 pub mod reflect;
 pub mod shared;
+pub mod small;
 
 pub use compose::compose;
 pub use fuse::{ENTRY, Lanes, Over, Part, fuse, settings_name};
 pub use reflect::{Access, Binding, Module, ShaderError};
 pub use shared::Shared;
+pub use small::{Phase, apart, one_workgroup};

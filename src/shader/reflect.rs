@@ -34,7 +34,7 @@ pub struct Binding {
 pub struct Module {
     /// The complete WGSL text.
     pub text: String,
-    entries: Vec<(String, Vec<Binding>)>,
+    entries: Vec<(String, Vec<Binding>, bool)>,
 }
 
 /// Why a module could not be made.
@@ -76,8 +76,9 @@ impl Module {
         let mut entries = Vec::new();
         for (index, entry) in module.entry_points.iter().enumerate() {
             let uses = info.get_entry_point(index);
-            let mut bindings = Vec::new();
+            let (mut bindings, mut now) = (Vec::new(), false);
             for (handle, variable) in module.global_variables.iter() {
+                now |= variable.space == naga::AddressSpace::Immediate && !uses[handle].is_empty();
                 let (Some(place), usage) = (variable.binding, uses[handle]) else { continue };
                 if usage.is_empty() {
                     continue;
@@ -100,7 +101,7 @@ impl Module {
                 });
             }
             bindings.sort_by_key(|b| (b.group, b.binding));
-            entries.push((entry.name.clone(), bindings));
+            entries.push((entry.name.clone(), bindings, now));
         }
         Ok(Self { text, entries })
     }
@@ -108,12 +109,18 @@ impl Module {
     /// What an entry point binds; empty if there is none of this name.
     #[must_use]
     pub fn bindings(&self, entry_point: &str) -> &[Binding] {
-        self.entries.iter().find(|(n, _)| n == entry_point).map_or(&[], |(_, b)| b)
+        self.entries.iter().find(|(n, ..)| n == entry_point).map_or(&[], |(_, b, _)| b)
+    }
+
+    /// Whether an entry point uses `now`.
+    #[must_use]
+    pub fn uses_now(&self, entry_point: &str) -> bool {
+        self.entries.iter().any(|(n, _, now)| n == entry_point && *now)
     }
 
     /// Names of the entry points.
     pub fn entry_points(&self) -> impl Iterator<Item = &str> {
-        self.entries.iter().map(|(n, _)| n.as_str())
+        self.entries.iter().map(|(n, ..)| n.as_str())
     }
 }
 

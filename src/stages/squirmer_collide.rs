@@ -2,7 +2,7 @@
 
 use super::squirmer_fill::absorb;
 use super::stream::{bounce, fly, next_wall, wrap};
-use super::{Finding, Gravity, Phase, Stage};
+use super::{Finding, Fused, Gravity, Phase, Stage};
 use crate::buffers::Extent;
 use crate::math::spheroid::Spheroid;
 use crate::math::surface::Slip;
@@ -36,13 +36,28 @@ shared! {
 impl Stage for SquirmerCollide {
     const KIND: &'static str = "squirmer-collide";
     const WGSL: &'static str = include_str!("../../shaders/stages/squirmer-collide.wgsl");
-    const EACH: &'static [(&'static str, &'static str)] = &[("collide", "bounced")];
+    const EACH: &'static [(&'static str, &'static str)] = &[("collide", "bounced"), ("clear_map", "map_cleared")];
     const PHASES: &'static [Phase] = &[
         Phase { entry: "clear_map", over: Extent::Cells },
-        Phase { entry: "mark_map", over: Extent::SquirmerBoxes },
+        Phase { entry: "mark_map", over: Extent::SquirmerColumns },
         Phase { entry: "collide", over: Extent::Particles },
         Phase { entry: "absorb", over: Extent::Squirmers },
     ];
+    // The map is empty in the beginning and emptied after its use, together with other work for all cells.
+    const FUSED: Option<Fused> = Some(Fused {
+        wgsl: Self::WGSL,
+        preface: &[],
+        instead: &[
+            ("clear_map", &[]),
+            (
+                "absorb",
+                &[
+                    Phase { entry: "absorb", over: Extent::Squirmers },
+                    Phase { entry: "clear_map", over: Extent::Cells },
+                ],
+            ),
+        ],
+    });
     const AFTER: &'static [&'static str] = &["squirmer-move", "stream"];
     type Params = Self;
     type Uniform = SquirmerCollideSettings;

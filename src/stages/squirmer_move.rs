@@ -1,7 +1,7 @@
 //! squirmer-move: rigid-body motion of the squirmers and the steric forces among them and at walls.
 
 use super::{Finding, Gravity, Phase, Stage};
-use crate::buffers::Extent::{Bins, Squirmers};
+use crate::buffers::Extent::{Binned, Bins, SquirmerParts, Squirmers};
 use crate::math::rigid::Top;
 use crate::math::steric::{self, Body, Repulsion};
 use crate::state::scene::{Load, Motion, Scene};
@@ -79,8 +79,8 @@ impl Stage for SquirmerMove {
     const PHASES: &'static [Phase] = &[
         Phase { entry: "drift_first", over: Squirmers },
         Phase { entry: "clear_bins", over: Bins },
-        Phase { entry: "fill_bins", over: Squirmers },
-        Phase { entry: "force", over: Squirmers },
+        Phase { entry: "fill_bins", over: Binned },
+        Phase { entry: "force", over: SquirmerParts },
         Phase { entry: "kick_drift", over: Squirmers },
     ];
     type Params = Self;

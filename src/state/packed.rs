@@ -222,11 +222,14 @@ pub fn box_edge(system: &System) -> u32 {
     edge + 2
 }
 
-/// Bins per axis of the squirmers' pair search: none narrower than the reach of the steric force.
+/// Squirmers up to which all pairs are looked at: a few positions per invocation cost less than two kernels that fill bins.
+pub const FEW_SQUIRMERS: u32 = 1024;
+
+/// Bins per axis of the squirmers' pair search: none narrower than the reach of the steric force; 0 where all pairs are looked at.
 #[must_use]
 pub fn bins(system: &System) -> [u32; 3] {
-    if system.species.is_empty() {
-        return [1; 3];
+    if system.squirmer_count() <= FEW_SQUIRMERS {
+        return [0; 3];
     }
     let reach = 2.0 * (longest_semi_axis(system) + STERIC_ALLOWANCE);
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]

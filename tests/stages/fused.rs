@@ -3,7 +3,7 @@
 use crate::bench::*;
 use crate::collision::{active_slit, continued};
 use crate::rig;
-use squirm::buffers::Fault;
+use squirm::buffers::{Fault, Sizes};
 use squirm::gpu::{Form, Session};
 use squirm::graph::fused::{Item, Occasion, items};
 use squirm::params::Value;
@@ -119,12 +119,43 @@ fn too_many_particles_beyond_the_lists_are_a_fault() {
     }
 }
 
-/// Kinds that share a kernel, in order.
-fn shared(kinds: &[&str], occasion: Occasion) -> Vec<Vec<&'static str>> {
+/// The plan of these stages, and their kinds; everything small in it is valid WGSL.
+fn planned(kinds: &[&str], occasion: Occasion, sizes: &Sizes) -> (Vec<&'static str>, Vec<Item>) {
     let stages: Vec<_> = kinds.iter().map(|k| (stages::find(k).expect("a stage"), 1, *k != "sort-reorder")).collect();
-    let items = items(&stages, occasion, Lanes::Four).expect("valid");
+    let items = items(&stages, occasion, sizes).expect("valid");
+    for item in items.iter().filter(|i| matches!(i, Item::Small(_))) {
+        squirm::graph::small::module(item.members(), &stages, sizes).expect("valid");
+    }
+    (stages.iter().map(|s| s.0.kind).collect(), items)
+}
+
+/// Everything that a slit with this many squirmers has.
+fn slit_of(squirmers: u64) -> Sizes {
+    let bins = if squirmers > u64::from(packed::FEW_SQUIRMERS) { 64 } else { 0 };
+    Sizes { particles: 1000, cells: 100, wall_cells: 40, wall_patches: 4, squirmers, bins, ..FEW_GHOSTS }
+}
+
+const FEW_GHOSTS: Sizes = Sizes {
+    particles: 0,
+    cells: 0,
+    wall_cells: 0,
+    wall_patches: 0,
+    squirmers: 0,
+    species: 1,
+    ghost_stride: 64,
+    box_edge: 8,
+    bins: 0,
+    list_room: 24,
+    spill_room: 100,
+    coarse: 0,
+    samples: 0,
+};
+
+/// Kinds that share a kernel over particles or cells, in order.
+fn shared(kinds: &[&str], occasion: Occasion) -> Vec<Vec<&'static str>> {
+    let (kinds, items) = planned(kinds, occasion, &slit_of(6));
     let joint = items.iter().filter(|i| matches!(i, Item::Joint(_)));
-    joint.map(|i| i.members().iter().map(|m| stages[m.stage].0.kind).collect()).collect()
+    joint.map(|i| i.members().iter().map(|m| kinds[m.stage]).collect()).collect()
 }
 
 #[test]
@@ -133,7 +164,41 @@ fn what_shares_a_kernel() {
     assert_eq!(shared(rig::BULK, Occasion::Next), [vec!["apply", "stream", "cell-reduce"], cells.clone()]);
     assert_eq!(shared(rig::BULK, Occasion::First), [vec!["stream", "cell-reduce"], cells]);
     assert!(shared(rig::BULK, Occasion::Last).is_empty());
-    // Ghosts add to the sums before they are used.
+    // Ghosts add to the sums before they are used. The map of squirmers is emptied where cells are at work anyway.
     let particles = vec!["apply", "stream", "squirmer-collide", "cell-reduce"];
-    assert_eq!(shared(rig::EVERYTHING, Occasion::Next), [particles, vec!["rotate", "restore-thermostat"]]);
+    let cells = vec!["rotate", "restore-thermostat", "squirmer-collide"];
+    assert_eq!(shared(rig::EVERYTHING, Occasion::Next), [particles, cells]);
+}
+
+/// Entry points that share a workgroup, in order.
+fn small(kinds: &[&str], squirmers: u64) -> Vec<Vec<&'static str>> {
+    let (_, items) = planned(kinds, Occasion::Next, &slit_of(squirmers));
+    let small = items.iter().filter(|i| matches!(i, Item::Small(_)));
+    small.map(|i| i.members().iter().map(|m| m.phase.entry).collect()).collect()
+}
+
+#[test]
+fn what_shares_a_workgroup() {
+    assert_eq!(small(rig::BULK, 0), [["keep_shift", "shift_grid"]]);
+    let motion = ["keep_shift", "absorb", "drift_first", "force", "kick_drift", "shift_grid", "clear_sums"];
+    assert_eq!(small(rig::EVERYTHING, 6), [motion.to_vec(), vec!["absorb", "average"]]);
+    // 64 invocations for each of 17 squirmers are many; squirmers are until 1024.
+    let apart = ["keep_shift", "absorb", "drift_first", "shift_grid", "clear_sums"];
+    assert_eq!(small(rig::EVERYTHING, 17), [apart.to_vec(), vec!["absorb", "average"]]);
+    assert_eq!(small(rig::EVERYTHING, 1024), small(rig::EVERYTHING, 17));
+    assert_eq!(small(rig::EVERYTHING, 1025), [["keep_shift", "clear_bins", "shift_grid"]]);
+    // Kernels over nothing are none.
+    let (_, items) = planned(rig::EVERYTHING, Occasion::Next, &slit_of(6));
+    assert_eq!(items.len(), 14);
+    assert!(items.iter().flat_map(Item::members).all(|m| !m.phase.entry.contains("bins")));
+}
+
+/// Every substep is told its number.
+#[test]
+fn substeps_share_no_workgroup() {
+    let stages = [(stages::find("squirmer-move").expect("a stage"), 3, true)];
+    let items = items(&stages, Occasion::First, &slit_of(6)).expect("valid");
+    let entries = |i: &Item| i.members().iter().map(|m| (m.phase.entry, m.repetition)).collect::<Vec<_>>();
+    let substep = |k| ["drift_first", "force", "kick_drift"].map(|entry| (entry, k)).to_vec();
+    assert_eq!(items.iter().map(entries).collect::<Vec<_>>(), [0, 1, 2].map(substep));
 }

@@ -2,7 +2,7 @@
 
 use crate::rig;
 use glam::{DQuat, DVec3};
-use squirm::buffers::SquirmerState;
+use squirm::buffers::{Fault, SquirmerState};
 use squirm::gpu::Session;
 use squirm::params::Value;
 use squirm::stages::squirmer_move::SquirmerMove;
@@ -55,55 +55,122 @@ fn mass(system: &System, s: &Squirmer) -> f64 {
     f64::from(system.species[s.species].ghosts(&system.fluid))
 }
 
+/// Advances by single steps and compares each with the reference; gives the number of squirmers that felt a force.
+fn follows_the_reference(system: &System, state: State, substeps: i64, steps: u32) -> usize {
+    let changes = [(KIND, "substeps", Value::Integer(substeps))];
+    let mut session = session(system, &state.squirmers, &changes);
+    let entry = stages::find(KIND).expect("the stage is registered");
+    let mut scene = Scene { state, ..Scene::default() };
+    let values = &rig::plan(system, &[KIND], &changes).stages[0].values;
+    let mut touched = 0;
+    for _ in 0..steps {
+        // Each step starts from the adapter's own state: otherwise collisions would magnify rounding without bound.
+        let before: Vec<SquirmerState> = session.read("squirmers").expect("squirmers are readable");
+        scene.state.squirmers = packed::unpack_squirmers(system, &before);
+        let after = advance(&mut session, 1);
+        (entry.reference)(values, system, &mut scene);
+        let steric: Vec<f32> = session.read("steric").expect("forces are readable");
+        for (i, (found, wanted)) in after.iter().zip(&scene.state.squirmers).enumerate() {
+            let load = &scene.steric[i];
+            touched += usize::from(load.force != DVec3::ZERO);
+            // The gap is known to about 16 ulp of a distance of 8 a, 8e-6 a; the force has the slope 456 epsilon/sigma^2 < 1e4
+            // at contact and ten times that in the deepest overlaps here. Kicks take this times h, torques an arm of 4 a.
+            let force = 0.1 + 2e-3 * load.force.length();
+            let words = &steric[8 * i..8 * i + 8];
+            assert!((vector([words[0], words[1], words[2]]) - load.force).length() < force, "{load:?} {words:?}");
+            assert!(
+                (vector([words[4], words[5], words[6]]) - load.torque).length() < 4.0 * force,
+                "{load:?} {words:?}"
+            );
+            let m = mass(system, wanted);
+            assert!((vector(found.velocity) - wanted.velocity).length() < force * system.run.dt / m + 1e-6);
+            let turn = (vector(found.angular_momentum) - wanted.angular_momentum).length();
+            assert!(turn < 4.0 * force * system.run.dt + 1e-6 * wanted.angular_momentum.length(), "{turn}");
+            let position = packed::unpack_position(&system.domain, found.position);
+            assert!(nearest_image(&system.domain, position - wanted.position).length() < 1e-6);
+            let orientation = DQuat::from_array(found.orientation.map(f64::from));
+            assert!(orientation.dot(wanted.orientation) > 1.0 - 1e-6);
+            let motion = &scene.motions[i];
+            assert!((vector(found.drift) - motion.drift).length() < force * system.run.dt / m + 1e-6);
+            assert!((vector(found.spin) - motion.spin).length() < 1e-4, "{:?} {}", found.spin, motion.spin);
+            assert_eq!(found.position_before, before[i].position);
+            assert_eq!(found.orientation_before, before[i].orientation);
+            if system.species[wanted.species].held {
+                assert_eq!((found.position, found.drift, found.velocity), (before[i].position, [0.0; 3], [0.0; 3]));
+            }
+        }
+    }
+    touched
+}
+
 #[test]
 fn crowds_move_as_in_the_reference() {
     let _turn = alone();
     for (walled, substeps) in [(false, 1), (true, 3)] {
         let (system, state) = crowd(walled);
-        let changes = [(KIND, "substeps", Value::Integer(substeps))];
-        let mut session = session(&system, &state.squirmers, &changes);
-        let entry = stages::find(KIND).expect("the stage is registered");
-        let mut scene = Scene { state, ..Scene::default() };
-        let values = &rig::plan(&system, &[KIND], &changes).stages[0].values;
-        let mut touched = 0;
-        for _ in 0..100 {
-            // Each step starts from the adapter's own state: otherwise collisions would magnify rounding without bound.
-            let before: Vec<SquirmerState> = session.read("squirmers").expect("squirmers are readable");
-            scene.state.squirmers = packed::unpack_squirmers(&system, &before);
-            let after = advance(&mut session, 1);
-            (entry.reference)(values, &system, &mut scene);
-            let steric: Vec<f32> = session.read("steric").expect("forces are readable");
-            for (i, (found, wanted)) in after.iter().zip(&scene.state.squirmers).enumerate() {
-                let load = &scene.steric[i];
-                touched += usize::from(load.force != DVec3::ZERO);
-                // The gap is known to about 16 ulp of a distance of 8 a, 8e-6 a; the force has the slope 456 epsilon/sigma^2 < 1e4
-                // at contact and ten times that in the deepest overlaps here. Kicks take this times h, torques an arm of 4 a.
-                let force = 0.1 + 2e-3 * load.force.length();
-                let words = &steric[8 * i..8 * i + 8];
-                assert!((vector([words[0], words[1], words[2]]) - load.force).length() < force, "{load:?} {words:?}");
-                assert!(
-                    (vector([words[4], words[5], words[6]]) - load.torque).length() < 4.0 * force,
-                    "{load:?} {words:?}"
-                );
-                let m = mass(&system, wanted);
-                assert!((vector(found.velocity) - wanted.velocity).length() < force * system.run.dt / m + 1e-6);
-                let turn = (vector(found.angular_momentum) - wanted.angular_momentum).length();
-                assert!(turn < 4.0 * force * system.run.dt + 1e-6 * wanted.angular_momentum.length(), "{turn}");
-                let position = packed::unpack_position(&system.domain, found.position);
-                assert!(nearest_image(&system.domain, position - wanted.position).length() < 1e-6);
-                let orientation = DQuat::from_array(found.orientation.map(f64::from));
-                assert!(orientation.dot(wanted.orientation) > 1.0 - 1e-6);
-                let motion = &scene.motions[i];
-                assert!((vector(found.drift) - motion.drift).length() < force * system.run.dt / m + 1e-6);
-                assert!((vector(found.spin) - motion.spin).length() < 1e-4, "{:?} {}", found.spin, motion.spin);
-                assert_eq!(found.position_before, before[i].position);
-                assert_eq!(found.orientation_before, before[i].orientation);
-                if system.species[wanted.species].held {
-                    assert_eq!((found.position, found.drift, found.velocity), (before[i].position, [0.0; 3], [0.0; 3]));
-                }
-            }
-        }
+        let touched = follows_the_reference(&system, state, substeps, 100);
         assert!(touched > 200, "{touched}");
+    }
+}
+
+/// One large sphere in a box, `touching` small ones at its surface and as many a little farther off, all within reach of its size, and
+/// `others` elsewhere.
+fn besieged(touching: u32, others: u32) -> (System, State) {
+    let mut system = rig::system([64, 64, 64]);
+    system.run.dt = 0.01;
+    let centre = DVec3::new(62.0, 31.0, 3.0);
+    let mut places = vec![centre];
+    for (radius, shell) in [(7.25, 0), (9.9, 1)] {
+        // Evenly over the sphere: turned by the golden angle from one to the next.
+        let point = |k: u32| {
+            let z = 1.0 - (2.0 * f64::from(k) + 1.0) / f64::from(touching);
+            let angle = 2.399_963_229_728_653 * f64::from(k) + f64::from(shell);
+            DVec3::new((1.0 - z * z).sqrt() * angle.cos(), (1.0 - z * z).sqrt() * angle.sin(), z)
+        };
+        places.extend((0..touching).map(|k| centre + radius * point(k)));
+    }
+    for i in 0.. {
+        let place = 64.0 * crate::bench::random(81, i).0;
+        let apart = |p: &DVec3| nearest_image(&system.domain, *p - place).length();
+        if places.len() as u32 == 1 + 2 * touching + others {
+            break;
+        }
+        if apart(&centre) > 12.0 && places.iter().all(|p| apart(p) > 1.7) {
+            places.push(place);
+        }
+    }
+    let wrapped = |p: DVec3| squirm::state::start::wrap(&system.domain, p);
+    let squirmers: Vec<Squirmer> = places
+        .iter()
+        .enumerate()
+        .map(|(k, p)| Squirmer { species: usize::from(k > 0), ..crate::bench::squirmer(wrapped(*p)) })
+        .collect();
+    let small = squirm::state::Species { count: 2 * touching + others, ..rig::species(1.0, 1.0, 0.1, 0.0) };
+    system.species = vec![rig::species(6.0, 6.0, 0.1, 0.0), small];
+    (system, State { step: 0, particles: Vec::new(), squirmers })
+}
+
+/// More partners within reach than invocations look for them, and as many contacts as may be.
+#[test]
+fn many_squirmers_around_one_move_as_in_the_reference() {
+    let _turn = alone();
+    for others in [0, packed::FEW_SQUIRMERS] {
+        let (system, state) = besieged(60, others);
+        assert_eq!(packed::bins(&system)[0], if others == 0 { 0 } else { 4 });
+        let touched = follows_the_reference(&system, state, 1, 3);
+        assert!(touched >= 3 * 60, "{touched}");
+    }
+}
+
+/// One contact more than the sums are made for is a fault, however far its partners are spread over invocations.
+#[test]
+fn too_many_contacts_are_a_fault() {
+    let _turn = alone();
+    for (touching, fault) in [(64, 0), (65, Fault::Steric as u32)] {
+        let (system, state) = besieged(touching, 0);
+        let mut session = session(&system, &state.squirmers, &[]);
+        session.advance(1, false);
+        assert_eq!(session.faults().expect("faults are readable"), fault, "{touching}");
     }
 }
 

@@ -102,6 +102,54 @@ fn crowded_slits_are_the_references_and_nobody_is_inside() {
     assert!(compare(&system, &start, &motions) > 200);
 }
 
+/// Points within the margin of a squirmer lie in cells that name it, once; cells a diagonal farther off do not.
+#[test]
+fn the_map_names_who_is_near() {
+    let (system, start, motions) = crowded_slit();
+    let mut bench = Bench::new(&system, &start, &FLIGHT, &[]);
+    bench.set_motions(&motions);
+    bench.run_all(&FLIGHT);
+    let map = bench.words("squirmer_map");
+    let names = |p: DVec3| -> Vec<u32> {
+        let c = p.floor().as_uvec3();
+        let word = 8 * system.domain.cell_index(c.to_array()) as usize;
+        map[word + 1..=word + map[word] as usize].to_vec()
+    };
+    let margin = packed::collision_margin(&system);
+    let size = DVec3::from_array(system.domain.size.map(f64::from));
+    let (mut near, mut far) = (0, 0);
+    for k in 0..20_000 {
+        let place = random(72, k).0 * size;
+        let named = names(place);
+        for (i, s) in (0u32..).zip(&start.squirmers) {
+            let shape = &system.species[s.species].semi_axes;
+            let arm = s.orientation.inverse() * nearest_image(&system.domain, place - s.position);
+            // The distance, by its foot on the surface: the multiplier at which the foot satisfies the spheroid's equation.
+            let axes = DVec3::new(shape.across, shape.across, shape.along);
+            let foot = |t: f64| arm * axes * axes / (axes * axes + DVec3::splat(t));
+            let (mut low, mut high) = (0.0, 1e3);
+            for _ in 0..60 {
+                let middle = 0.5 * (low + high);
+                let outside = (foot(middle) / axes).length() > 1.0;
+                (low, high) = if outside { (middle, high) } else { (low, middle) };
+            }
+            let inside = (arm / axes).length() <= 1.0;
+            let distance = if inside { 0.0 } else { (foot(low) - arm).length() };
+            let count = named.iter().filter(|n| **n == i).count();
+            if distance < margin - 1e-4 {
+                assert_eq!(count, 1, "{place} is {distance} from {i}");
+                near += 1;
+            }
+            // The support plane at the radial point proves less than the distance: not more than a third is lost at these shapes.
+            if distance > 1.5 * (margin + 2.0 * 0.8661) {
+                assert_eq!(count, 0, "{place} is {distance} from {i}");
+                far += 1;
+            }
+        }
+    }
+    assert!(near > 1000 && far > 1000, "{near} {far}");
+}
+
 /// Squirmers are looked for in boxes of 16 cells: more than this box has along any axis.
 #[test]
 fn boxes_smaller_than_a_squirmers_own() {

@@ -1,0 +1,83 @@
+//! Small kernels of the fused plan: runs of them over a few elements each become one kernel of a single workgroup, which does one after
+//! the other. A launch costs more than what they compute.
+
+use super::fused::{Item, Member, conflict, text};
+use crate::buffers::{Extent, Sizes};
+use crate::shader::{Module, Part, Phase, ShaderError, apart, one_workgroup};
+use crate::stages::Entry;
+
+/// Elements up to which a kernel is small: four for each invocation of the workgroup.
+pub const FEW: u64 = 1024;
+
+/// Extents whose kernels may be small.
+const SHORT: [Extent; 6] =
+    [Extent::One, Extent::Squirmers, Extent::SquirmerParts, Extent::Bins, Extent::Binned, Extent::WallPatches];
+
+/// Stages as [`super::fused::items`] has them.
+pub type Stages<'a> = &'a [(&'static Entry, u32, bool)];
+
+fn small<'a>(item: &'a Item, stages: Stages<'_>, sizes: &Sizes) -> Option<&'a Member> {
+    let Item::Alone(m) = item else { return None };
+    let short = SHORT.contains(&m.phase.over) && sizes.count(m.phase.over) <= FEW;
+    (short && apart(text(m, stages[m.stage].0), m.phase.entry)).then_some(m)
+}
+
+fn conflicts(a: &[Member], b: &[Member]) -> bool {
+    a.iter().any(|x| b.iter().any(|y| conflict(x, y)))
+}
+
+/// A dispatch tells all of its members the same step and repetition.
+fn same_time(group: &[Member], member: &Member) -> bool {
+    let told = |m: &Member| (m.late, m.repetition);
+    !member.now || group.iter().filter(|g| g.now).all(|g| told(g) == told(member))
+}
+
+/// Joins small kernels with later ones; kernels in between go before or after as far as their buffers allow.
+pub(super) fn joined(items: Vec<Item>, stages: Stages<'_>, sizes: &Sizes) -> Vec<Item> {
+    let mut done = Vec::new();
+    let mut rest = items;
+    while let Some(first) = rest.iter().position(|i| small(i, stages, sizes).is_some()) {
+        let later = rest.split_off(first + 1);
+        let mut group = rest.pop().expect("it was found").members().to_vec();
+        done.append(&mut rest);
+        let mut deferred: Vec<Item> = Vec::new();
+        for item in later {
+            let free = !deferred.iter().any(|d| conflicts(d.members(), item.members()));
+            match small(&item, stages, sizes) {
+                Some(member) if free && same_time(&group, member) => group.push(member.clone()),
+                _ if free && !conflicts(&group, item.members()) => done.push(item),
+                _ => deferred.push(item),
+            }
+        }
+        done.push(if group.len() == 1 { Item::Alone(group.remove(0)) } else { Item::Small(group) });
+        rest = deferred;
+    }
+    done.append(&mut rest);
+    done
+}
+
+/// The kernel of small members.
+///
+/// # Errors
+/// If their functions do not fit together as WGSL.
+pub fn module(members: &[Member], stages: Stages<'_>, sizes: &Sizes) -> Result<Module, ShaderError> {
+    let mut phases: Vec<Phase<'_>> = Vec::new();
+    // Where the members begin that run without a barrier between them.
+    let mut since = 0;
+    for (k, m) in members.iter().enumerate() {
+        let entry = stages[m.stage].0;
+        let waits = conflicts(&members[since..k], std::slice::from_ref(m));
+        if waits {
+            since = k;
+        }
+        let part = Part {
+            kind: entry.kind,
+            wgsl: text(m, entry),
+            settings: entry.uniform_wgsl,
+            function: m.phase.entry,
+            late: false,
+        };
+        phases.push(Phase { part, count: sizes.count(m.phase.over), waits });
+    }
+    one_workgroup(&phases)
+}
