@@ -229,37 +229,11 @@ fn inside_any(p: Path) -> bool {
     return false;
 }
 
-// Whether a squirmer listed in `cell` can be met on a straight path of this length that ends at `end`: the distance from an ellipsoid is at
-// least that in coordinates in which it is a unit sphere, times its shortest semi-axis.
-fn within_reach(cell: u32, end: vec3<u32>, path: f32) -> bool {
-    for (var k = 0u; k < neighbours(cell); k++) {
-        let i = atomicLoad(&squirmer_map[cell * MAP_WORDS + 1u + k]);
-        let b = hull(species[squirmers[i].species]);
-        let r = turn_back(squirmers[i].orientation, separation(end, squirmers[i].position)) / b;
-        let before = squirmers[i].orientation_before;
-        let after = squirmers[i].orientation;
-        // 2 sin(angle/4), so that 2.1 times this is more than the angle up to 1.2 radians.
-        let chord = min(length(after - before), length(after + before));
-        let drift = length(separation(squirmers[i].position, squirmers[i].position_before));
-        let covered = path + drift + 2.1 * chord * max(b.x, b.z) + 1e-3;
-        if chord > 0.6 || (length(r) - 1.0) * min(b.x, b.z) <= covered {
-            return true;
-        }
-    }
-    return false;
-}
-
 fn bounced(k: u32, flown: Particle) -> Particle {
     let kick = system.acceleration * (0.5 * system.dt);
     let end = Path(flown.position, flown.velocity - kick, vec3<f32>(0.0), vec3<f32>(0.0));
     let begin = fly(end, -system.dt);
     if neighbours(cell_of(end.position)) == 0u && neighbours(cell_of(begin.position)) == 0u {
-        return flown;
-    }
-    let straight = wall_share(begin.position.y, begin.velocity.y * system.dt) > 1.0;
-    let path = length(begin.velocity) * system.dt;
-    if straight && !within_reach(cell_of(end.position), end.position, path)
-        && !within_reach(cell_of(begin.position), end.position, path) {
         return flown;
     }
     let p = follow(begin, k);

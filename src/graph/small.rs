@@ -6,8 +6,12 @@ use crate::buffers::{Extent, Sizes};
 use crate::shader::{Module, Part, Phase, ShaderError, apart, one_workgroup};
 use crate::stages::Entry;
 
-/// Elements up to which a kernel is small: four for each invocation of the workgroup.
-pub const FEW: u64 = 1024;
+/// Elements up to which a kernel is small: one for each invocation of the workgroup. With four (800 squirmers) a workgroup took twice as
+/// long as kernels of their own on an H100.
+pub const FEW: u64 = 256;
+
+/// Parts of the search for partners up to which it is small: they do little each.
+const FEW_PARTS: u64 = 1024;
 
 /// Extents whose kernels may be small.
 const SHORT: [Extent; 6] =
@@ -18,7 +22,8 @@ pub type Stages<'a> = &'a [(&'static Entry, u32, bool)];
 
 fn small<'a>(item: &'a Item, stages: Stages<'_>, sizes: &Sizes) -> Option<&'a Member> {
     let Item::Alone(m) = item else { return None };
-    let short = SHORT.contains(&m.phase.over) && sizes.count(m.phase.over) <= FEW;
+    let few = if m.phase.over == Extent::SquirmerParts { FEW_PARTS } else { FEW };
+    let short = SHORT.contains(&m.phase.over) && sizes.count(m.phase.over) <= few;
     (short && apart(text(m, stages[m.stage].0), m.phase.entry)).then_some(m)
 }
 
