@@ -16,9 +16,9 @@ pub const CASE: Case = Case {
     about: "A periodic box begins with a helical shear wave, v = A (sin kz, cos kz, 0) of the longest wavelength and A = 0.3. Its speed and \
             its dissipation are the same everywhere and nothing advects it, so that it decays as exp(-nu k^2 t) at any amplitude in an \
             incompressible fluid, and neither pressure nor density has to follow it in this one, which is a gas. nu is taken from the \
-            ratios of both amplitudes at the start and after about one decay time. At h = 0.1 the expectation is the formula for \
-            molecular chaos (Kikuchi et al. 2003; Noguchi and Gompper 2008); at shorter steps the fluid has a memory and the formula lies \
-            up to 5 % off (at 90 degrees as well), so the expectation is the value of an independent code in f64 where there is one.",
+            ratios of both amplitudes at the start and after about one decay time. The expectation is the value of an independent code of the \
+            same rules in f64 (0.1 to 0.2 %), from waves of the same kind. The formula for molecular chaos (Kikuchi et al. 2003; Noguchi and \
+            Gompper 2008) stands beside it: at short steps the fluid has a memory and the formula lies up to 5 % off, at 90 degrees as well.",
     remarks: "",
     sheets: &[Sheet {
         name: "viscosity",
