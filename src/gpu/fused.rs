@@ -5,7 +5,7 @@ use super::{Gpu, GpuError};
 use crate::buffers::{Now, Sizes};
 use crate::graph::fused::{Item, Occasion, every, items, joint};
 use crate::graph::{Plan, constants};
-use crate::shader::{ENTRY, Lanes, Module, settings_name};
+use crate::shader::{Lanes, Module, settings_name};
 use crate::stages::Entry;
 use std::collections::HashMap;
 
@@ -89,14 +89,12 @@ impl Fused {
         let mut made = Vec::new();
         for (item, module) in ordered.kernels {
             let members = item.members();
-            let kinds: Vec<&str> = members.iter().map(|m| plan.stages[m.stage].entry.kind).collect();
-            let own = settings_name(kinds[0]);
+            let own = settings_name(plan.stages[members[0].stage].entry.kind);
             let find = |name: &str| {
                 let name = if name == "settings" { own.as_str() } else { name };
                 uniforms.iter().find(|(n, _)| n == name).map(|(_, b)| b.clone()).expect("every stage has its uniform")
             };
-            let point = if matches!(item, Item::Joint(_)) { ENTRY } else { members[0].phase.entry };
-            let label = if members.len() == 1 { format!("{} {}", kinds[0], point) } else { kinds.join(" + ") };
+            let (point, label) = (item.point(), item.label(|stage| plan.stages[stage].entry.kind));
             let compiled = compile(gpu, &label, &module);
             let over = members[0].phase.over;
             let kernel = Kernel::new(

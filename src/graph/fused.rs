@@ -6,7 +6,7 @@
 use super::Plan;
 use super::kernels::{APPLY, Use, uses};
 use crate::buffers::Extent;
-use crate::shader::{Lanes, Module, Over, Part, ShaderError, fuse};
+use crate::shader::{ENTRY, Lanes, Module, Over, Part, ShaderError, fuse};
 use crate::stages::{Entry, Phase};
 
 /// What changes places with what when particles are written in a new order.
@@ -76,6 +76,23 @@ impl Item {
             uses.iter_mut().filter(old).for_each(|u| u.write = false);
         }
         uses
+    }
+
+    /// What it shows as in timings; `kind` names a stage.
+    #[must_use]
+    pub fn label(&self, kind: impl Fn(usize) -> &'static str) -> String {
+        match self {
+            Item::Joint(members) if members.len() > 1 => {
+                members.iter().map(|m| kind(m.stage)).collect::<Vec<_>>().join(" + ")
+            }
+            _ => format!("{} {}", kind(self.members()[0].stage), self.point()),
+        }
+    }
+
+    /// The entry point of its kernel.
+    #[must_use]
+    pub fn point(&self) -> &'static str {
+        if matches!(self, Item::Joint(_)) { ENTRY } else { self.members()[0].phase.entry }
     }
 
     /// Invocations for each of its elements.

@@ -6,6 +6,7 @@ pub mod fused;
 pub mod kernels;
 pub mod plan;
 pub mod sizes;
+pub mod traffic;
 
 pub use crate::shader::Lanes;
 pub use kernels::{Kernel, Use, constants, kernels};
