@@ -22,13 +22,14 @@
 //!
 //! - [`config`] reads pipeline files into a [`graph::Plan`]; [`mod@params`] declares what they may say, [`diag`] what is wrong.
 //! - [`stages`] has the physics, one file per stage; [`shader`] and [`buffers`] what their WGSL is made of.
-//! - [`gpu`] runs a plan; [`sim`] runs it to its end and keeps the books.
+//! - [`gpu`] runs a plan; [`sim`] runs it to its end and keeps the books; [`mod@bench`] measures its speed.
 //! - [`state`] is the simulated system on the host, [`math`] its mathematics and theory.
 //! - [`wire`] is the layout of snapshots, [`sink`] where they go, [`analyze`] what reads them again.
 #![deny(missing_docs)]
 #![deny(unsafe_code)]
 
 pub mod analyze;
+pub mod bench;
 pub mod buffers;
 pub mod config;
 pub mod diag;

@@ -9,6 +9,7 @@ macro_rules! say {
 }
 
 mod adapters;
+mod bench;
 mod check;
 mod export;
 mod graph;
@@ -63,6 +64,8 @@ impl From<Form> for squirm::gpu::Form {
 enum Command {
     /// Run a pipeline file.
     Run(run::Args),
+    /// Measure how fast cases and pipeline files run on an adapter.
+    Bench(bench::Args),
     /// Check pipeline files without a GPU, and print what they mean.
     Check {
         /// Pipeline files.
@@ -114,6 +117,7 @@ struct Overrides {
 pub fn main() -> ExitCode {
     match Cli::parse().command {
         Command::Run(args) => run::run(&args),
+        Command::Bench(args) => bench::bench(&args),
         Command::Check { files, overrides } => check::check(&files, &overrides.set),
         Command::Graph { file, format, plan, overrides } => graph::graph(&file, format, plan, &overrides.set),
         Command::Stages { kind } => stages::stages(kind.as_deref()),

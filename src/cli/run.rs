@@ -66,7 +66,7 @@ pub fn run(args: &Args) -> ExitCode {
 }
 
 /// Prints why a run failed; what the file asks for and the adapter cannot give is shown at its place in the file.
-fn report(loaded: &Loaded, error: &RunError) -> ExitCode {
+pub fn report(loaded: &Loaded, error: &RunError) -> ExitCode {
     let found = match error {
         RunError::Gpu(GpuError::TooLarge { limit, adapter, .. }) => loaded.exceeds(adapter, *limit),
         RunError::Gpu(GpuError::OutOfMemory { .. }) => vec![loaded.too_large(error.to_string())],

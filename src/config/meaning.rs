@@ -2,6 +2,7 @@
 
 use super::Loaded;
 use super::check::{SOUND, restores};
+use super::pace;
 use crate::graph::{self, Output, Plan, memory, sizes};
 use crate::math::mobility::Friction;
 use crate::math::transport::{Rule, Transport};
@@ -10,9 +11,6 @@ use crate::state::packed::bins;
 use crate::wire::Kind;
 use crate::wire::domain::SAMPLES;
 use std::fmt;
-
-/// Nanoseconds per particle and step of a data-centre GPU, for estimates of duration.
-const GPU_PACE: f64 = 0.06;
 
 /// Bytes of a message before its rows: header, column table, species table.
 const MESSAGE_HEAD: u64 = 1024;
@@ -44,6 +42,8 @@ pub struct Meaning {
     pub shared: u64,
     /// Bytes written per step, averaged; before compression.
     pub disk_per_step: f64,
+    /// Seconds that a step takes on a data-centre GPU; an estimate.
+    pub seconds_per_step: f64,
 }
 
 /// One species in numbers.
@@ -104,6 +104,7 @@ pub fn meaning(loaded: &Loaded) -> Meaning {
         memory,
         shared: shared(plan, *particles),
         disk_per_step: plan.outputs.iter().map(|o| disk(plan, o, *particles)).sum(),
+        seconds_per_step: pace::step(&elements),
     }
 }
 
@@ -276,15 +277,20 @@ impl Meaning {
         let names: Vec<String> = largest.iter().take(3).map(|(name, n)| format!("{name} {}", bytes(*n))).collect();
         writeln!(f, " ({})", names.join(", "))?;
         writeln!(f, "  shared     {} of shared memory for analyzers", bytes(self.shared))?;
-        let steps_per_hour = 3600e9 / (GPU_PACE * (self.particles.max(1_000_000)) as f64);
+        let steps_per_hour = 3600.0 / self.seconds_per_step;
+        let duration = pace::words(self.run.0 as f64 * self.seconds_per_step);
+        writeln!(
+            f,
+            "  time       {duration} for the run on one H200, {:.0} steps/s: an estimate; `squirm bench` measures",
+            steps_per_hour / 3600.0
+        )?;
         let hourly = self.disk_per_step * steps_per_hour;
         let run = self.disk_per_step * self.run.0 as f64;
         writeln!(
             f,
-            "  disk       {} for the run, before compression; at most {} per hour ({:.0} steps/s on a data-centre GPU)",
+            "  disk       {} for the run, before compression; about {} per hour on such a GPU",
             bytes(run as u64),
-            bytes(hourly as u64),
-            steps_per_hour / 3600.0
+            bytes(hourly as u64)
         )
     }
 }

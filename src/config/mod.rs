@@ -7,6 +7,7 @@ mod meaning;
 mod node;
 mod outputs;
 mod overrides;
+mod pace;
 mod read;
 mod resolve;
 mod schema;

@@ -5,7 +5,7 @@ use super::{Gpu, GpuError};
 use crate::buffers::{Now, Sizes};
 use crate::graph::fused::{Item, Occasion, items, joint};
 use crate::graph::{Plan, constants, small};
-use crate::shader::{ENTRY, Lanes, Module, settings_name};
+use crate::shader::{Lanes, Module, settings_name};
 use crate::stages::Entry;
 use std::collections::HashMap;
 
@@ -90,21 +90,17 @@ impl Fused {
         let mut made = Vec::new();
         for (item, module) in ordered.kernels {
             let members = item.members();
-            let mut kinds: Vec<&str> = members.iter().map(|m| plan.stages[m.stage].entry.kind).collect();
-            let own = settings_name(kinds[0]);
+            let own = settings_name(plan.stages[members[0].stage].entry.kind);
             let find = |name: &str| {
                 let name = if name == "settings" { own.as_str() } else { name };
                 uniforms.iter().find(|(n, _)| n == name).map(|(_, b)| b.clone()).expect("every stage has its uniform")
             };
             let over = members[0].phase.over;
-            let (point, groups) = match item {
-                Item::Small(_) => (ENTRY, [1, 1]),
-                Item::Joint(_) => (ENTRY, groups(sizes.count(over) * item.lanes(ordered.lanes), over)),
-                Item::Alone(_) => (members[0].phase.entry, groups(sizes.count(over) * item.lanes(ordered.lanes), over)),
+            let groups = match item {
+                Item::Small(_) => [1, 1],
+                _ => groups(sizes.count(over) * item.lanes(ordered.lanes), over),
             };
-            let mut seen = std::collections::HashSet::new();
-            kinds.retain(|kind| seen.insert(*kind));
-            let label = if members.len() == 1 { format!("{} {}", kinds[0], point) } else { kinds.join(" + ") };
+            let (point, label) = (item.point(), item.label(|stage| plan.stages[stage].entry.kind));
             let compiled = compile(gpu, &label, &module);
             let kernel = Kernel::new(gpu, &compiled, &module, (point, groups), (buffers, &find), &constants)?;
             made.push(Made { item, kernel, label });

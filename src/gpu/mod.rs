@@ -1,6 +1,7 @@
 //! The only room that knows wgpu: adapters, buffers, kernels, and the encoding of steps.
 
 pub mod adapter;
+mod copy;
 mod fused;
 pub mod kernel;
 mod loose;
@@ -8,6 +9,7 @@ pub mod measure;
 pub mod session;
 
 pub use adapter::{Gpu, adapters};
+pub use copy::Copied;
 pub use measure::{Measurement, Reading};
 pub use session::{Form, Session};
 

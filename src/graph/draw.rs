@@ -2,7 +2,8 @@
 
 use super::fused::{Item, Member};
 use super::kernels::{Kernel, Use};
-use crate::buffers::{Extent, Life, Sizes, find};
+use super::traffic;
+use crate::buffers::{Extent, Sizes};
 use crate::stages::Entry;
 use std::fmt::Write;
 
@@ -95,7 +96,7 @@ pub fn fused(items: &[Item], stages: &[(&'static Entry, u32, bool)], sizes: &Siz
             let _ = writeln!(text, "{name}");
             continue;
         }
-        let bytes: f64 = uses.iter().map(|u| moved(u, over, sizes)).sum();
+        let bytes: f64 = uses.iter().map(|u| traffic::moved(u, over, sizes)).sum();
         sum += bytes;
         let how = |u: &Use| match (u.read, u.write) {
             (true, true) => format!("+{}", u.buffer),
@@ -109,23 +110,6 @@ pub fn fused(items: &[Item], stages: &[(&'static Entry, u32, bool)], sizes: &Siz
     }
     let _ = writeln!(text, "{:<width$}  {sum:>15.2}  r reads, w writes, + both", "a step");
     text
-}
-
-/// Bytes per particle that a kernel moves of one buffer: all of it, or as much as it has invocations for. Lists of cells hold each
-/// particle once; hardly any particle is beyond them.
-#[allow(clippy::cast_precision_loss)]
-fn moved(used: &Use, over: Extent, sizes: &Sizes) -> f64 {
-    let Some(buffer) = find(&used.buffer).filter(|b| !matches!(b.life, Life::Setting)) else { return 0.0 };
-    let cells = if over == Extent::SquirmerColumns { sizes.box_edge } else { 1 };
-    let few = matches!(over, Extent::WallCells | Extent::SquirmerGhosts | Extent::SquirmerColumns);
-    let whole = match buffer.extent {
-        Extent::Lists => sizes.particles,
-        Extent::Spills => 0,
-        extent => sizes.count(extent),
-    };
-    let elements = if few { whole.min(sizes.count(over) * cells) } else { whole };
-    let ways = u64::from(used.read) + u64::from(used.write);
-    (elements * ways * buffer.words as u64 * 4) as f64 / sizes.particles.max(1) as f64
 }
 
 /// A stage of a drawing.
@@ -253,19 +237,6 @@ sum    take (after apply)  r ·
         let text = mermaid(&kernels());
         assert!(text.contains("s0 ==> s1") && text.contains("b0 --> s1") && text.contains("s0 <--> b0"), "{text}");
         assert!(!text.contains("s1 --> b0"), "{text}");
-    }
-
-    #[test]
-    fn bytes_are_those_of_the_elements_that_a_kernel_has() {
-        let sizes = Sizes { particles: 1000, cells: 100, wall_cells: 20, ..Sizes::default() };
-        let used = |name: &str, read, write| Use { buffer: name.into(), read, write };
-        let bytes = |name, read, write, over| moved(&used(name, read, write), over, &sizes);
-        assert_eq!(bytes("positions", true, true, Extent::Particles), 24.0);
-        assert_eq!(bytes("operators", true, false, Extent::Particles), 6.4);
-        // Only the cells at the walls.
-        assert_eq!(bytes("moments", true, true, Extent::WallCells), 2.0 * 20.0 * 96.0 / 1000.0);
-        assert_eq!(bytes("places", true, false, Extent::Scans), 0.4);
-        assert_eq!(bytes("system", true, false, Extent::Cells), 0.0);
     }
 
     #[test]

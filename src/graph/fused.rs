@@ -7,7 +7,7 @@
 use super::kernels::{APPLY, Use, reflected};
 use super::{Plan, small};
 use crate::buffers::{Extent, Sizes};
-use crate::shader::{Lanes, Module, Over, Part, ShaderError, fuse};
+use crate::shader::{ENTRY, Lanes, Module, Over, Part, ShaderError, fuse};
 use crate::stages::{Entry, Phase};
 
 /// One kernel of a stage as the fused plan runs it.
@@ -69,6 +69,26 @@ impl Item {
             uses.retain(|u| u.buffer != "moments");
         }
         uses
+    }
+
+    /// What it shows as in timings; `kind` names a stage.
+    #[must_use]
+    pub fn label(&self, kind: impl Fn(usize) -> &'static str) -> String {
+        match self {
+            Item::Joint(members) | Item::Small(members) if members.len() > 1 => {
+                let mut kinds: Vec<&str> = members.iter().map(|m| kind(m.stage)).collect();
+                let mut seen = std::collections::HashSet::new();
+                kinds.retain(|kind| seen.insert(*kind));
+                kinds.join(" + ")
+            }
+            _ => format!("{} {}", kind(self.members()[0].stage), self.point()),
+        }
+    }
+
+    /// The entry point of its kernel.
+    #[must_use]
+    pub fn point(&self) -> &'static str {
+        if matches!(self, Item::Joint(_) | Item::Small(_)) { ENTRY } else { self.members()[0].phase.entry }
     }
 
     /// Invocations for each of its elements.

@@ -7,6 +7,7 @@ pub mod kernels;
 pub mod plan;
 pub mod sizes;
 pub mod small;
+pub mod traffic;
 
 pub use kernels::{Kernel, Use, constants, kernels};
 pub use plan::{Output, Plan, PlannedStage};

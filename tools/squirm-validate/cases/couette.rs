@@ -52,7 +52,7 @@ type Filling = (&'static str, &'static [&'static str], [f64; 2]);
 const FILLINGS: [Filling; 3] = [
     ("continued", &["stage.wall-ghosts.velocity=continued"], [0.0; 2]),
     ("grip", &["stage.wall-ghosts.velocity=wall", "stage.rotate.grip=1.22"], [0.0, 0.045]),
-    ("wall", &["stage.wall-ghosts.velocity=wall"], [0.12, 0.19]),
+    ("wall", &["stage.wall-ghosts.velocity=wall"], [0.111, 0.168]),
 ];
 
 fn parts(size: Size) -> Vec<Part> {

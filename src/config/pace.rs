@@ -1,0 +1,61 @@
+//! How long a step takes on a data-centre GPU, estimated from what there is in it.
+
+use crate::buffers::{Extent, Sizes};
+
+/// What a step costs on one H200, in nanoseconds per element (docs/performance.md); within a third of what was measured.
+const PACE: [(Extent, f64); 4] =
+    [(Extent::One, 20_000.0), (Extent::Particles, 0.08), (Extent::WallCells, 1.0), (Extent::SquirmerGhosts, 0.7)];
+
+/// What the kernels of squirmers take besides, however few there are, in nanoseconds.
+const SQUIRMERS: f64 = 110_000.0;
+
+/// Seconds per step.
+#[must_use]
+#[allow(clippy::cast_precision_loss)]
+pub fn step(sizes: &Sizes) -> f64 {
+    let elements: f64 = PACE.iter().map(|(extent, pace)| sizes.count(*extent) as f64 * pace).sum();
+    1e-9 * (elements + if sizes.squirmers > 0 { SQUIRMERS } else { 0.0 })
+}
+
+/// Seconds in words.
+#[must_use]
+pub fn words(seconds: f64) -> String {
+    match seconds {
+        s if s < 1.0 => "less than a second".into(),
+        s if s < 100.0 => format!("about {s:.0} s"),
+        s if s < 6000.0 => format!("about {:.0} minutes", s / 60.0),
+        s if s < 2e5 => format!("about {:.1} hours", s / 3600.0),
+        s => format!("about {:.0} days", s / 86_400.0),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn steps_that_were_measured_are_met_within_a_third() {
+        let fluid = |particles, wall_cells| Sizes { particles, wall_cells, ..Sizes::default() };
+        let with = |sizes, squirmers| Sizes { squirmers, ghost_stride: 2496, ..sizes };
+        // One H200, microseconds per step: bulk, slit-800, channel-100, single-squirmer, quickstart.
+        for (sizes, measured) in [
+            (fluid(10_000_000, 0), 800.0),
+            (with(fluid(4_300_000, 180_000), 800), 1900.0),
+            (with(fluid(10_600_000, 36_000), 100), 1325.0),
+            (with(fluid(2_160_000, 0), 1), 298.0),
+            (Sizes { ghost_stride: 832, ..with(fluid(53_000, 1152), 6) }, 153.0),
+        ] {
+            let ratio = 1e6 * step(&sizes) / measured;
+            assert!(ratio > 0.67 && ratio < 1.5, "{measured} us: {ratio}");
+        }
+    }
+
+    #[test]
+    fn times_are_told_in_the_unit_that_suits() {
+        assert_eq!(words(0.3), "less than a second");
+        assert_eq!(
+            [12.0, 600.0, 7200.0, 864_000.0].map(words),
+            ["about 12 s", "about 10 minutes", "about 2.0 hours", "about 10 days"]
+        );
+    }
+}
