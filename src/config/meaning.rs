@@ -281,7 +281,7 @@ impl Meaning {
         let duration = pace::words(self.run.0 as f64 * self.seconds_per_step);
         writeln!(
             f,
-            "  time       {duration} for the run on one H200, {:.0} steps/s: an estimate; `squirm bench` measures",
+            "  time       {duration} for the run on one H100, {:.0} steps/s: an estimate; `squirm bench` measures",
             steps_per_hour / 3600.0
         )?;
         let hourly = self.disk_per_step * steps_per_hour;

@@ -243,7 +243,7 @@ fn faults(step: u64, flags: u32) -> Result<(), RunError> {
         Fault::Crowded => "more than seven squirmers are near one cell: they overlap",
         Fault::Nan => "a velocity is not a number",
         Fault::Spill => {
-            "more than a sixteenth of all particles share cells that hold four standard deviations above the mean: the fluid is being compressed somewhere"
+            "more than a sixteenth of all particles share cells whose lists are full, at nearly two standard deviations above the mean: the fluid is being compressed somewhere"
         }
         Fault::Stuck => "",
     };

@@ -185,10 +185,10 @@ pub fn sizes(system: &System, particles: u64) -> Sizes {
     }
 }
 
-/// Particles that a cell's list has room for at this mean number per cell: four standard deviations more than the mean of a Poisson
-/// distribution, so that one cell in ten thousand needs more.
+/// Particles that a cell's list has room for at this mean number per cell: nearly two standard deviations more than the mean of a Poisson
+/// distribution, so that one cell in forty needs more, and half a per cent of the particles are beyond.
 fn list_room(mean: f64) -> u64 {
-    ((mean + 4.0 * mean.sqrt()).ceil() as u64).next_multiple_of(8)
+    ((mean + 1.8 * mean.sqrt()).ceil() as u64).next_multiple_of(8)
 }
 
 /// Smallest patches of both walls, for a grid of these cells; those at the end may be cut.

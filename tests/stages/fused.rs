@@ -89,7 +89,7 @@ fn cells_beyond_the_room_of_their_lists_lose_nobody() {
     }
 }
 
-/// Bodies at one place have more ghosts in a cell than its list has room for, which is 24.
+/// Bodies at one place have more ghosts in a cell than its list has room for, which is 16.
 #[test]
 fn cells_beyond_the_room_of_their_lists_lose_no_ghost() {
     let (system, mut start) = active_slit();
@@ -110,7 +110,7 @@ fn cells_beyond_the_room_of_their_lists_lose_no_ghost() {
 fn too_many_particles_beyond_the_lists_are_a_fault() {
     let system = rig::system([9, 10, 33]);
     let plan = rig::plan(&system, rig::BULK, &[]);
-    // Lists have room for 24, and 4096 particles may be beyond.
+    // Lists have room for 16, and 4096 particles may be beyond.
     for (crowds, fault) in [(40, 0), (90, Fault::Spill as u32)] {
         let start = crowded(&system, 30_000, (crowds, 90));
         let mut session = Session::formed(rig::gpu(), &plan, &start, Form::Fused).expect("a session");
@@ -145,7 +145,7 @@ const FEW_GHOSTS: Sizes = Sizes {
     ghost_stride: 64,
     box_edge: 8,
     bins: 0,
-    list_room: 24,
+    list_room: 16,
     spill_room: 100,
     coarse: 0,
     samples: 0,

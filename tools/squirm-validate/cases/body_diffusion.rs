@@ -18,7 +18,10 @@ pub const CASE: Case = Case {
             of Hasimoto (1959) for the periodic images; less what the neighbours' stresslets take (Batchelor 1976), 1 to 3 %; \
             less what the memory of the fluid still owes at these lags (Alder and Wainwright 1970, as a sum over the modes of \
             the box), 5 to 20 %.",
-    remarks: "",
+    remarks: "Across its axis the prolate body of 3 x 6 diffuses 7(2) and 10(2) % faster than expected in two runs, that of 2 x 6 4(2) and \
+              6(2) %; rotations are right within 2 %, and so is the friction of single bodies (drag). So the bodies' own surface is not the \
+              cause: the suspension is, of bodies 12 a long in a box of 32 a, for which the corrections for periodic images and for other \
+              bodies are those of spheres.",
     sheets: &[
         Sheet {
             name: "body-diffusion",

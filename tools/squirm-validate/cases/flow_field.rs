@@ -22,7 +22,7 @@ pub const CASE: Case = Case {
             two halves of the frames, so that noise does not add to it. The stresslet C4 of the far field, u_r = C4 (3 cos^2 - 1)/r^2, \
             with its sign, is that of a least-squares fit of stresslet, source dipole and source quadrupole to all bins from 1 a beyond the body \
             to 0.45 L. Errors are jackknife errors of 20 stretches of the run.",
-    remarks: "The flow of the neutral squirmer of 2 x 2 x 4 is 15 % too strong, its source dipole 29(3) %: the flow is \
+    remarks: "The flow of the neutral squirmer of 2 x 2 x 4 is 14 to 15 % too strong, its source dipole 14(4) to 29(3) % (two runs): the flow is \
               that of the hull, whose volume is 16 % larger, while the speed is the nominal body's; for 3 x 3 x 6 it \
               would be 10 %. With offset = 0, slip = constant and grip = 1.22 it is 0.994(12) of theory and the dipole \
               1.02(4), but then the stresslet is 0.85(3) of theory and the stall force 0.94 (docs/physics.md). What is \

@@ -22,7 +22,7 @@ pub const CASE: Case = Case {
             Brownian rotation; to first order in Re the period stays (Einarsson et al., Phys. Fluids 27, 063301, 2015). Half turns \
             in which the axis came within 18 degrees of the vorticity do not count: there noise turns the projection. The slit \
             is five body lengths high (two in the quick run, where the walls slow the body a little).",
-    remarks: "The period is right within its error, which is a little too large to count.",
+    remarks: "",
     sheets: &[Sheet {
         name: "jeffery",
         title: "Turning of a prolate body in shear flow",

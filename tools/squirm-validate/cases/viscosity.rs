@@ -81,7 +81,7 @@ fn viscosity(rig: &Rig, planned: &Planned, theory: &Transport) -> Result<Estimat
     let mut session = rig.session(planned, &state)?;
     let thermal: Vec<_> = state.particles.iter().map(|p| p.velocity).collect();
     let mut values = Vec::new();
-    for _ in 0..rig.pick(8, 24) {
+    for _ in 0..rig.pick(8, 40) {
         // The random numbers depend on the step: the same start goes another way each time.
         for (p, v) in state.particles.iter_mut().zip(&thermal) {
             let (sine, cosine) = (k * p.position.z).sin_cos();
