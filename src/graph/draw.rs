@@ -198,7 +198,6 @@ pub fn mermaid(kernels: &[Kernel]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::shader::Lanes;
 
     fn kernels() -> Vec<Kernel> {
         let used = |name: &str, read, write| Use { buffer: name.into(), read, write };
