@@ -113,7 +113,6 @@ impl Gpu {
         }
         let timestamps = adapter.features().contains(timing_features());
         let shares = adapter.features().contains(SHARING) && adapter.get_info().subgroup_min_size >= 4;
-        let lanes = if shares && chosen.kind != "CPU" { Lanes::Four } else { Lanes::One };
         let coherent = adapter.features().contains(COHERENT);
         let optional = [(timestamps, timing_features()), (shares, SHARING), (coherent, COHERENT)];
         let required_features =
@@ -132,7 +131,11 @@ impl Gpu {
         device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| record(&note, error.to_string())));
         let note = failure.clone();
         device.set_device_lost_callback(move |reason, message| record(&note, format!("{reason:?}: {message}")));
-        Ok(Self { summary: chosen, lanes, device, queue, timestamps, coherent, failure })
+        let mut gpu = Self { summary: chosen, lanes: Lanes::One, device, queue, timestamps, coherent, failure };
+        if shares && gpu.summary.kind != "CPU" && gpu.subgroups_are_neighbours() {
+            gpu.lanes = Lanes::Four;
+        }
+        Ok(gpu)
     }
 
     /// What the driver has complained about since the last call.

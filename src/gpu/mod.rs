@@ -6,6 +6,7 @@ mod fused;
 pub mod kernel;
 mod loose;
 pub mod measure;
+mod neighbours;
 pub mod session;
 
 pub use adapter::{Gpu, adapters};

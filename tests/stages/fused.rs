@@ -35,6 +35,12 @@ fn left(
         .to_vec()
 }
 
+/// Or the tests below with four lanes say nothing.
+#[test]
+fn the_subgroups_of_this_adapter_are_neighbours() {
+    assert!(rig::gpu().subgroups_are_neighbours());
+}
+
 #[test]
 fn both_forms_of_a_plan_leave_the_same_bits() {
     let mut gas_box = rig::system([9, 10, 33]);
