@@ -122,7 +122,21 @@ fn rates(tracks: &Tracks, rank: u32, (from, to): (f64, f64), owed: f64) -> Estim
         let rate = (over(&near, keep) / over(&far, keep)).ln() / (to - from);
         rate / (decay(rank) * (over(&growth, keep) + owed))
     };
-    Estimate { mean: ratio(&|_| true), error: jackknife(n, blocks, ratio) }
+    Estimate { mean: ratio(&|_| true), error: few(blocks) * jackknife(n, blocks, ratio) }
+}
+
+/// By how much the error from few stretches has to be larger to be exceeded three times as rarely as that from twenty: Student's t at 99.73 %.
+fn few(blocks: usize) -> f64 {
+    let t = match blocks {
+        ..=4 => 9.2,
+        5 => 6.6,
+        6 => 5.5,
+        7 => 4.9,
+        8 | 9 => 4.5,
+        10..=13 => 4.1,
+        _ => 3.45,
+    };
+    t / 3.45
 }
 
 fn curve(tracks: &Tracks, rank: u32, longest: f64, rotation: f64) -> Curve {
