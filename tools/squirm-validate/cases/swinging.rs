@@ -181,7 +181,7 @@ fn swim(rig: &Rig, planned: &Planned, theory: &Theory) -> Result<Vec<Vec<Reading
     let mut session = rig.session(planned, &start)?;
     let every = interval(theory, planned.system.run.dt);
     let mut paths = Vec::new();
-    for _ in 0..rig.pick(1, 2) {
+    for _ in 0..2 {
         // The random numbers depend on the step: the same start goes another way each time.
         put_back(&session, &start);
         let mut now: Vec<Vec<Reading>> = vec![Vec::new(); start.squirmers.len()];
