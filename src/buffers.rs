@@ -54,7 +54,7 @@ pub enum Extent {
     SquirmerGhosts,
     /// Columns of cells in the boxes around squirmers: squirmers times one face of the largest box.
     SquirmerColumns,
-    /// Invocations that look for the partners of squirmers: 64 for each.
+    /// Invocations that look for the partners of squirmers: [`Sizes::parts`] for each.
     SquirmerParts,
     /// Bins of the squirmers' pair search; none where the squirmers are few.
     Bins,
@@ -475,7 +475,7 @@ impl Sizes {
             Extent::Species => self.species,
             Extent::SquirmerGhosts => self.squirmers * self.ghost_stride,
             Extent::SquirmerColumns => self.squirmers * self.box_edge.pow(2),
-            Extent::SquirmerParts => self.squirmers * 64,
+            Extent::SquirmerParts => self.squirmers * Self::parts(self.squirmers),
             Extent::Bins => self.bins,
             Extent::Binned => self.squirmers * self.bins.min(1),
             Extent::Blocks => self.cells.div_ceil(1024),
@@ -485,6 +485,12 @@ impl Sizes {
             Extent::Coarse => self.coarse,
             Extent::Samples => self.samples,
         }
+    }
+
+    /// Invocations that share the search for a squirmer's partners: one for each of few squirmers, and two at least, one per wall.
+    #[must_use]
+    pub fn parts(squirmers: u64) -> u64 {
+        squirmers.next_power_of_two().clamp(2, 64)
     }
 
     /// Bytes of a buffer; at least 16, since an empty binding is not allowed.

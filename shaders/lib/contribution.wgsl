@@ -11,11 +11,6 @@ fn fixed3(a: vec3<f32>) -> vec3<i32> {
     return bitcast<vec3<i32>>(nearest3(a));
 }
 
-// Of what is bounded by the cell (math/fixed.rs).
-fn fixed_small3(a: vec3<f32>, scale: f32) -> vec3<i32> {
-    return bitcast<vec3<i32>>(nearest_small3(a, scale));
-}
-
 fn square_of(v: vec3<f32>) -> f32 {
     return fma(v.x, v.x, fma(v.y, v.y, v.z * v.z));
 }
@@ -57,9 +52,9 @@ fn contribution(one: u32, x: vec3<f32>, v: vec3<f32>) -> Sums {
     if !PLACES {
         return s;
     }
-    s.x = fixed_small3(x, system.scale_position);
-    s.diagonal = fixed_small3(x * x, system.scale_second);
-    s.mixed = fixed_small3(vec3<f32>(x.x * x.y, x.x * x.z, x.y * x.z), system.scale_second);
+    s.x = fixed3(x * system.scale_position);
+    s.diagonal = fixed3(x * x * system.scale_second);
+    s.mixed = fixed3(vec3<f32>(x.x * x.y, x.x * x.z, x.y * x.z) * system.scale_second);
     s.xv0 = fixed3(x.x * v * system.scale_mixed);
     s.xv1 = fixed3(x.y * v * system.scale_mixed);
     s.xv2 = fixed3(x.z * v * system.scale_mixed);

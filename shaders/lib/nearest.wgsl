@@ -18,10 +18,6 @@ fn nearest_small(a: f32, scale: f32) -> u32 {
     return bitcast<u32>(fma(a, scale, WHOLE)) - 0x4b400000u;
 }
 
-fn nearest_small3(a: vec3<f32>, scale: f32) -> vec3<u32> {
-    return bitcast<vec3<u32>>(fma(a, vec3<f32>(scale), vec3<f32>(WHOLE))) - vec3<u32>(0x4b400000u);
-}
-
 fn nearest3(y: vec3<f32>) -> vec3<u32> {
     return vec3<u32>(nearest(y.x), nearest(y.y), nearest(y.z));
 }

@@ -17,8 +17,6 @@
 @group(0) @binding(9) var<storage, read_write> steric_sums: array<atomic<i32>>;
 var<immediate> now: Now;
 
-// Invocations that share the partners of one squirmer.
-const FORCE_PARTS: u32 = 64u;
 // Words of a squirmer's sums: force, torque, number of contacts; zero between substeps.
 const STERIC_WORDS: u32 = 8u;
 // Partners and walls that may act on one squirmer; the fixed-point scales leave room for as many at their largest force.
@@ -193,9 +191,9 @@ fn may_touch(i: u32, position: vec3<u32>, j: u32) -> bool {
 fn among_all(i: u32, body: Spheroid, part: u32) -> Sum {
     let position = squirmers[i].position;
     var sum: Sum;
-    for (var j = part; j < system.squirmer_count; j = j + FORCE_PARTS) {
+    for (var j = part; j < system.squirmer_count; j = j + settings.parts) {
         while j < system.squirmer_count && !may_touch(i, position, j) {
-            j = j + FORCE_PARTS;
+            j = j + settings.parts;
         }
         if j < system.squirmer_count {
             sum = add_partner(sum, i, body, j);
@@ -213,7 +211,7 @@ fn among_bins(i: u32, body: Spheroid, part: u32) -> Sum {
     let count = select(2u * near + vec3<u32>(1u), system.bins, every);
     let first = select(bin_of(squirmers[i].position) + system.bins - near, vec3<u32>(0u), every);
     var sum: Sum;
-    for (var k = part; k < count.x * count.y * count.z; k = k + FORCE_PARTS) {
+    for (var k = part; k < count.x * count.y * count.z; k = k + settings.parts) {
         let bin = first + vec3<u32>(k % count.x, (k / count.x) % count.y, k / (count.x * count.y));
         var next = atomicLoad(&bin_heads[bin_index(bin % system.bins)]);
         while next != 0u {
@@ -230,8 +228,8 @@ fn among_bins(i: u32, body: Spheroid, part: u32) -> Sum {
 @compute @workgroup_size(WORKGROUP)
 fn force(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
     let k = invocation(group, groups, lane);
-    let i = k / FORCE_PARTS;
-    let part = k % FORCE_PARTS;
+    let i = k / settings.parts;
+    let part = k % settings.parts;
     if i >= system.squirmer_count {
         return;
     }

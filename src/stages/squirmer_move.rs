@@ -2,6 +2,7 @@
 
 use super::{Finding, Gravity, Phase, Stage};
 use crate::buffers::Extent::{Binned, Bins, SquirmerParts, Squirmers};
+use crate::buffers::Sizes;
 use crate::math::rigid::Top;
 use crate::math::steric::{self, Body, Repulsion};
 use crate::state::scene::{Load, Motion, Scene};
@@ -52,8 +53,8 @@ shared! {
         force_scale: f32,
         /// Scale of the fixed-point torque.
         torque_scale: f32,
-        /// Not used.
-        pad: u32,
+        /// Invocations that share the partners of one squirmer.
+        parts: u32,
     }
 }
 
@@ -156,7 +157,7 @@ impl Stage for SquirmerMove {
             max_torque: max_torque as f32,
             force_scale: scale(params.max_force) as f32,
             torque_scale: scale(max_torque) as f32,
-            pad: 0,
+            parts: Sizes::parts(system.squirmer_count().into()) as u32,
         }
     }
 

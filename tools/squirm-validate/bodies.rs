@@ -1,6 +1,7 @@
 //! Passive bodies followed through time: where they were, how they turned, and what that says of their diffusion.
 
 use crate::case::Trouble;
+use crate::neighbours::Neighbours;
 use crate::periodic::PeriodicBody;
 use crate::rig::{advance, sound};
 use crate::rules::viscosity;
@@ -8,7 +9,6 @@ use glam::{DQuat, DVec3};
 use squirm::analyze::statistics::{Estimate, blocked};
 use squirm::buffers::SquirmerState;
 use squirm::gpu::Session;
-use squirm::state::start::nearest_image;
 use squirm::state::{Squirmer, System, packed};
 
 /// How far inside a body's hull the fluid comes to rest, in a: ghosts have the velocity of the body, while the fluid that they stand
@@ -59,8 +59,8 @@ pub struct Tracks {
     pub bodies: Vec<Track>,
     /// Time between two moments, in tau.
     pub spacing: f64,
-    /// Mean over bodies and moments of the sum of 1/r^4 over the other bodies, nearest images, in 1/a^4.
-    pub crowding: f64,
+    /// How far away the other bodies are.
+    pub neighbours: Neighbours,
 }
 
 /// How fast mean squares grow in each direction of the body frame: one value per origin of time, averaged over bodies.
@@ -81,17 +81,15 @@ impl Tracks {
     pub fn follow(session: &mut Session, steps: u64, every: u64) -> Result<Self, Trouble> {
         let mut tracks = Self { spacing: every as f64 * session.system().run.dt, ..Self::default() };
         let mut before: Vec<DQuat> = Vec::new();
-        let mut crowding = 0.0;
         for moment in 0..=steps / every {
             if moment > 0 {
                 advance(session, every)?;
             }
             let now = bodies(session)?;
-            crowding += crowdedness(session.system(), &now);
+            tracks.neighbours.add(session.system(), &now);
             tracks.push(&now, &mut before);
         }
         sound(session)?;
-        tracks.crowding = crowding / (steps / every + 1) as f64;
         Ok(tracks)
     }
 
@@ -109,7 +107,7 @@ impl Tracks {
         *before = now.iter().map(|b| b.orientation).collect();
     }
 
-    /// Goes on with what was seen next, whose first moment is the last of these. The crowding stays that of the first stretch.
+    /// Goes on with what was seen next, whose first moment is the last of these. The neighbours stay those of the first stretch.
     pub fn extend(&mut self, more: Self) {
         if self.bodies.is_empty() {
             *self = more;
@@ -168,16 +166,6 @@ pub fn isotropic(one: &[f64], two: &[f64]) -> Estimate {
 /// The rotation vector of a small rotation, whichever sign the quaternion has.
 fn rotation(q: DQuat) -> DVec3 {
     if q.w < 0.0 { (-q).to_scaled_axis() } else { q.to_scaled_axis() }
-}
-
-fn crowdedness(system: &System, bodies: &[Squirmer]) -> f64 {
-    let mut sum = 0.0;
-    for (i, a) in bodies.iter().enumerate() {
-        for b in &bodies[..i] {
-            sum += 2.0 / nearest_image(&system.domain, a.position - b.position).length_squared().powi(2);
-        }
-    }
-    sum / bodies.len() as f64
 }
 
 #[cfg(test)]

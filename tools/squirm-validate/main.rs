@@ -7,6 +7,7 @@ mod crowd;
 mod flow_map;
 mod lattice;
 mod measure;
+mod neighbours;
 mod periodic;
 mod profile;
 mod record;

@@ -228,7 +228,7 @@ mod tests {
         let halves = half_turns(&track, spacing);
         assert_eq!(halves.len(), 10);
         assert!(halves.iter().all(|h| (h - PI * (r + r.recip()) / g).abs() < 0.1), "{halves:?}");
-        let tracks = Tracks { bodies: vec![track], spacing, crowding: 0.0 };
+        let tracks = Tracks { bodies: vec![track], spacing, ..Tracks::default() };
         let curve = curve(&tracks, g, r);
         assert_eq!(curve.points.len(), 16);
         for (x, y, _) in curve.points {

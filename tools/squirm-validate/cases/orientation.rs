@@ -168,7 +168,7 @@ mod tests {
         let axes: Vec<DVec3> =
             (0..200).map(|i| DVec3::new(0.0, (0.1 * f64::from(i)).sin(), (0.1 * f64::from(i)).cos())).collect();
         let track = Track { positions: vec![DVec3::ZERO; 200], turns: vec![DVec3::ZERO; 200], axes };
-        let tracks = Tracks { bodies: vec![track], spacing: 2.0, crowding: 0.0 };
+        let tracks = Tracks { bodies: vec![track], spacing: 2.0, ..Tracks::default() };
         let first = correlation(&tracks, 1, 10.0);
         assert_eq!(first.len(), 195);
         assert!(first.iter().all(|c| (c - 0.5f64.cos()).abs() < 1e-12));
