@@ -1,5 +1,7 @@
 """Recordings and live runs of squirm as numpy arrays.
 
+For example:
+
     run = squirm.open_run("runs/quickstart")
     for s in run.squirmers:
         print(s.step, s.time, s.position, s.axis)

@@ -173,7 +173,9 @@ class Live:
     def topic(self, name: str) -> LiveTopic:
         """Snapshots of one topic. Raises NoSuchTopic."""
         if name not in self._topics:
-            raise NoSuchTopic(f"`{name}` is not read from run `{self.run}`; topics: {', '.join(self._topics) or 'none'}")
+            raise NoSuchTopic(
+                f"`{name}` is not read from run `{self.run}`; topics: {', '.join(self._topics) or 'none'}"
+            )
         return self._topics[name]
 
     @property
@@ -229,8 +231,8 @@ class Live:
 class LiveTopic:
     """Snapshots of one topic as they come; iterating ends with the run.
 
-    At most two snapshots of a topic can be held at a time, the last one included, since they are views of shared memory;
-    keep :meth:`Snapshot.copy` of those that you want longer.
+    At most two snapshots of a topic can be held at a time, the last one included, since they are views of shared
+    memory; keep :meth:`Snapshot.copy` of those that you want longer.
     """
 
     def __init__(self, live: Live, topic: str) -> None:

@@ -17,7 +17,7 @@ import zstandard
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
-from mcap.records import Attachment, Channel, Chunk, DataEnd, Footer, Message, Metadata
+from mcap.records import Attachment, Channel, Chunk, DataEnd, Footer, McapRecord, Message, Metadata
 from mcap.stream_reader import CRCValidationError, breakup_chunk
 
 from .errors import DamagedRecording, NotARecording, NotASnapshot
@@ -30,10 +30,13 @@ MAGIC = b"\x89MCAP0\r\n"
 _HEAD = struct.Struct("<BQ")
 _PREFIX = "/squirm/"
 #: Records that stand between the header and the end of the data.
-_DATA = {Opcode.SCHEMA, Opcode.CHANNEL, Opcode.MESSAGE, Opcode.CHUNK, Opcode.MESSAGE_INDEX, Opcode.ATTACHMENT, Opcode.METADATA}
+_DATA = {
+    Opcode.SCHEMA, Opcode.CHANNEL, Opcode.MESSAGE, Opcode.CHUNK, Opcode.MESSAGE_INDEX, Opcode.ATTACHMENT,
+    Opcode.METADATA,
+}  # fmt: skip
 _SUMMARY = {
-    Opcode.SCHEMA, Opcode.CHANNEL, Opcode.STATISTICS, Opcode.CHUNK_INDEX, Opcode.ATTACHMENT_INDEX, Opcode.METADATA_INDEX,
-    Opcode.SUMMARY_OFFSET,
+    Opcode.SCHEMA, Opcode.CHANNEL, Opcode.STATISTICS, Opcode.CHUNK_INDEX, Opcode.ATTACHMENT_INDEX,
+    Opcode.METADATA_INDEX, Opcode.SUMMARY_OFFSET,
 }  # fmt: skip
 #: What parsing damaged records may raise.
 _WRONG = (McapError, ValueError, struct.error, MemoryError, OverflowError, zstandard.ZstdError)
@@ -136,7 +139,9 @@ class Cache:
 def _damaged(path: Path, offset: int, cause: object) -> DamagedRecording:
     if isinstance(cause, DamagedRecording):
         return cause
-    what = "the checksum does not match" if isinstance(cause, CRCValidationError) else str(cause) or type(cause).__name__
+    what = (
+        "the checksum does not match" if isinstance(cause, CRCValidationError) else str(cause) or type(cause).__name__
+    )
     return DamagedRecording(f"{path} is damaged at byte {offset}: {what}; {_HINT}")
 
 
@@ -239,7 +244,7 @@ def _snapshot(found: Scan, topic: str, offset: int, place: int, data: bytes) -> 
     )
 
 
-def _chunk(body: bytes) -> list[object]:
+def _chunk(body: bytes) -> list[McapRecord]:
     """Records of a chunk with its checksum verified; a chunk without one cannot be trusted."""
     chunk = Chunk.read(ReadDataStream(BytesIO(body)))
     if chunk.uncompressed_size > _LONGEST:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import glob
 import json
 import re
 import warnings
@@ -22,34 +23,38 @@ if TYPE_CHECKING:
 
     from .recording import Entry, Scan
 
-_SEGMENT = re.compile(r"run(?:\.fluid)?(?:\.(\d{4,}))?(?:\.fluid)?\.mcap")
+#: The number of a later segment.
+_LATER = re.compile(r"\.([0-9]{4,})$")
 
 
 def open_run(path: str | os.PathLike[str]) -> Run:
-    """Opens the recording of a run: its folder, its `run.mcap`, or any single file of it.
+    """Opens the recording of a run: its folder, its `run.mcap`, or another file of it.
 
-    The folder and `run.mcap` stand for the whole run: all its segments in order, and the fluid particles beside them.
-    Every checksum of the small topics is verified before this returns; that of the particles at their first use.
+    The folder and `run.mcap` stand for the whole run: all of its segments (`run.0001.mcap`, ...) in order, and the
+    fluid particles beside them. Another first segment, such as `run.fluid.mcap`, stands for itself and the later ones;
+    a later one stands for itself. Every checksum of the small topics is verified before this returns; that of the
+    particles at their first use.
 
     Raises NoSuchRun, NotARecording or DamagedRecording; warns with RecordingWarning where a file ends in the middle.
     """
     place = Path(path)
-    if place.is_file() and place.name != "run.mcap":
-        return Run([place], [])
-    folder = place if place.is_dir() else place.parent
-    small = _segments(folder, fluid=False)
-    fluid = _segments(folder, fluid=True)
+    first = place / "run.mcap" if place.is_dir() else place
+    small = _segments(first)
+    fluid = _segments(first.with_name("run.fluid.mcap")) if first.name == "run.mcap" else []
     if not (place.is_dir() or place.is_file()) or not small + fluid:
         raise NoSuchRun(f"there is no recording {place}: name the folder of a run, or its run.mcap")
     return Run(small, fluid)
 
 
-def _segments(folder: Path, *, fluid: bool) -> list[Path]:
-    found = []
-    for path in folder.glob("run*.mcap"):
-        name = _SEGMENT.fullmatch(path.name)
-        if name and (".fluid" in path.name) == fluid:
-            found.append((int(name[1] or 0), path))
+def _segments(first: Path) -> list[Path]:
+    """The files of a recording in order, given its first segment; a later segment stands alone."""
+    if _LATER.search(first.stem):
+        return [first] if first.is_file() else []
+    found = [(0, first)] if first.is_file() else []
+    for path in first.parent.glob(f"{glob.escape(first.stem)}.*{first.suffix}"):
+        number = _LATER.fullmatch(path.stem.removeprefix(first.stem))
+        if number:
+            found.append((int(number[1]), path))
     return [path for _, path in sorted(found)]
 
 
@@ -160,10 +165,11 @@ class Run:
 
     def _scan(self, paths: list[Path]) -> list[Scan]:
         scans = [recording.scan(path) for path in paths]
-        for scan in scans:
-            if scan.truncated:
-                count = sum(map(len, scan.entries.values()))
-                self._warn(f"{scan.path} ends in the middle: the run was killed or is still going; read {count} whole snapshots")
+        # An earlier segment may lack its end, since the next one goes on; a gap between them shows in the numbering.
+        if scans and scans[-1].truncated:
+            last = scans[-1]
+            why, count = "the run was killed or is still going", sum(map(len, last.entries.values()))
+            self._warn(f"{last.path} ends in the middle: {why}; read {count} whole snapshots")
         ids = {s.metadata.get("run_id") for s in scans if s.metadata}
         if len(ids) > 1:
             raise DamagedRecording(f"{', '.join(str(s.path) for s in scans)} belong to different runs")
@@ -186,7 +192,12 @@ class Run:
                     known = {scan.path for scan in self._scans}
                     self._fluid_scans = self._scan([p for p in self._fluid if p not in known])
                 scans = self._all_scans()
-            self._frames[topic] = Frames(topic, _joined([scan.entries[topic] for scan in scans]))
+            frames = Frames(topic, _joined([scan.entries[topic] for scan in scans]))
+            if len(scans) > 1 and frames.lost:
+                self._warn(
+                    f"{frames.lost} snapshots of {topic} are missing between the segments of {self.paths[0].parent}"
+                )
+            self._frames[topic] = frames
         return self._frames[topic]
 
     def _recorded(self, topic: str) -> Frames:
@@ -283,7 +294,8 @@ class Frames(Sequence[Snapshot]):
         if not self._entries:
             return f"<no snapshots of {self.topic}>"
         first, last = self._entries[0], self._entries[-1]
-        return f"<{len(self)} snapshots of {self.topic}, steps {first.step} to {last.step}, t = {first.time:g} to {last.time:g} tau>"
+        times = f"t = {first.time:g} to {last.time:g} tau"
+        return f"<{len(self)} snapshots of {self.topic}, steps {first.step} to {last.step}, {times}>"
 
 
 class Scalars:

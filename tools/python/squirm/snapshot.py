@@ -21,7 +21,7 @@ MAGIC = b"\x89SQRM\r\n\x1a"
 VERSION = 1
 HEADER = struct.Struct("<8sII16sQdQQQQ3ddQIIII3I8sI")
 _ENTRY = struct.Struct("<24s16sIIQQ")
-_DTYPES = {1: np.dtype("u1"), 2: np.dtype("<u4"), 3: np.dtype("<f4"), 4: np.dtype("<f8")}
+_DTYPES: dict[int, np.dtype[Any]] = {1: np.dtype("u1"), 2: np.dtype("<u4"), 3: np.dtype("<f4"), 4: np.dtype("<f8")}
 _WALLS_Y = 1
 _SET = object.__setattr__
 
@@ -78,10 +78,10 @@ class Species:
 class Snapshot:
     """Columns of one topic at one moment, as read-only numpy arrays on the bytes of the message.
 
-    A column is an attribute (``s.position``) and an item (``s["position"]``); ``s.unit("position")`` is its unit. Columns
-    with one value a row have the shape (rows,), others (rows, components), and those of fields (nz, ny, nx) and
-    (nz, ny, nx, 3). Nothing is copied. Arrays of a recording stay valid for ever; those of a live run as long as they
-    exist, but only two snapshots of a topic can be held at a time (see :meth:`copy`).
+    A column is an attribute (``s.position``) and an item (``s["position"]``); ``s.unit("position")`` is its unit.
+    Columns with one value a row have the shape (rows,), others (rows, components), and those of fields (nz, ny, nx)
+    and (nz, ny, nx, 3). Nothing is copied. Arrays stay valid as long as they exist; but of a live run only two
+    snapshots of a topic can be held at a time (see :meth:`copy`).
     """
 
     __slots__ = ("_buffer", "_columns", "_header")

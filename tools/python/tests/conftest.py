@@ -34,8 +34,8 @@ b1 = 0.05
 beta = -1.0
 """
 STAGES = [
-    "squirmer-move", "stream", "squirmer-collide", "shift-grid", "cell-reduce", "wall-ghosts", "squirmer-fill", "rotate",
-    "restore-thermostat",
+    "squirmer-move", "stream", "squirmer-collide", "shift-grid", "cell-reduce", "wall-ghosts", "squirmer-fill",
+    "rotate", "restore-thermostat",
 ]  # fmt: skip
 RECORDED = """
 [[output]]
@@ -106,7 +106,9 @@ class Going:
         self.name, self.out = name, place / name
         pipeline = write_pipeline(place, name, 10_000_000, PUBLISHED)
         self.process = subprocess.Popen(
-            [program(), "run", pipeline, "--out", self.out, "--quiet"], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
+            [program(), "run", pipeline, "--out", self.out, "--quiet"],
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.PIPE,
         )
 
     def stop(self, how: signal.Signals = signal.SIGTERM) -> int:

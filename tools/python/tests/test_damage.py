@@ -14,7 +14,9 @@ from mcap.writer import Writer
 def whole(folder):
     """The bytes of a finished file, and its snapshots by topic."""
     run = squirm.open_run(folder)
-    return (folder / "run.mcap").read_bytes(), {topic: messages(run, topic) for topic in ("squirmers", "scalars", "fields")}
+    return (folder / "run.mcap").read_bytes(), {
+        topic: messages(run, topic) for topic in ("squirmers", "scalars", "fields")
+    }
 
 
 def messages(run, topic):
@@ -117,7 +119,9 @@ def written(path, source, steps, metadata=True):
                 if channel.id not in channels:
                     new = writer.register_schema(schema.name, schema.encoding, schema.data)
                     channels[channel.id] = writer.register_channel(channel.topic, channel.message_encoding, new)
-                writer.add_message(channels[channel.id], message.log_time, message.data, message.publish_time, message.sequence)
+                writer.add_message(
+                    channels[channel.id], message.log_time, message.data, message.publish_time, message.sequence
+                )
         writer.finish()
 
 
@@ -133,6 +137,22 @@ def test_segments_are_one_run_and_the_later_one_counts(whole, folder, tmp_path):
         for topic, all_of_it in expected.items():
             assert messages(run, topic) == all_of_it and run.frames(topic).lost == 0
     assert squirm.open_run(tmp_path / "run.0001.mcap").squirmers.step.tolist() == [16, 20, 24, 28, 32]
+    # The first one lost its end to the kill; nothing of it was needed.
+    first = tmp_path / "run.mcap"
+    first.write_bytes(first.read_bytes()[:-100])
+    assert messages(squirm.open_run(tmp_path), "fields") == expected["fields"]
+    (tmp_path / "run.0001.mcap").unlink()
+    with pytest.warns(squirm.RecordingWarning, match="2 snapshots of scalars are missing between the segments"):
+        assert squirm.open_run(tmp_path).scalars.step.tolist() == [0, 4, 8, 12, 16, 20, 24, 36, 40]
+
+
+def test_the_fluid_may_begin_in_a_later_segment(folder, tmp_path):
+    written(tmp_path / "run.mcap", folder / "run.mcap", range(9))
+    written(tmp_path / "run.fluid.0001.mcap", folder / "run.fluid.mcap", [20])
+    written(tmp_path / "run.fluid.0002.mcap", folder / "run.fluid.mcap", [40])
+    assert squirm.open_run(tmp_path).particles.step.tolist() == [20, 40]
+    written(tmp_path / "run.fluid.mcap", folder / "run.fluid.mcap", [0])
+    assert squirm.open_run(tmp_path / "run.fluid.mcap").particles.step.tolist() == [0, 20, 40]
 
 
 def test_missing_snapshots_are_counted(folder, tmp_path):

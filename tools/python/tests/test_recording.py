@@ -52,7 +52,14 @@ def test_the_package_has_the_version_of_the_program():
 def test_squirmers_are_those_of_the_tables(run, folder):
     rows = table(folder / "squirmers.csv")
     assert len(rows) == 3 * len(run.squirmers) == 33
-    vectors = {"position": "", "axis": "e", "velocity": "v", "angular_velocity": "omega_", "force": "force_", "torque": "torque_"}
+    vectors = {
+        "position": "",
+        "axis": "e",
+        "velocity": "v",
+        "angular_velocity": "omega_",
+        "force": "force_",
+        "torque": "torque_",
+    }
     for frame, snapshot in enumerate(run.squirmers):
         for i, row in enumerate(rows[3 * frame : 3 * frame + 3]):
             assert (snapshot.step, snapshot.time) == (int(row["step"]), float(row["time"]))

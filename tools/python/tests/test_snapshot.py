@@ -14,16 +14,26 @@ def message(columns, /, kind=1, rows=2, blocks=(0, 0, 0), **spoiled):
     for name, unit, element, components, data, *changed in columns:
         offset = 160 + 64 * len(columns) + len(values)
         width = {1: 1, 2: 4, 3: 4, 4: 8}.get(element, 4)
-        entry = {"offset": offset, "rows": len(data) // (components * width) if components else 0} | (changed[0] if changed else {})
-        table += struct.pack("<24s16sIIQQ", name.encode(), unit.encode(), element, components, entry["offset"], entry["rows"])
+        entry = {"offset": offset, "rows": len(data) // (components * width) if components else 0} | (
+            changed[0] if changed else {}
+        )
+        table += struct.pack(
+            "<24s16sIIQQ", name.encode(), unit.encode(), element, components, entry["offset"], entry["rows"]
+        )
         values += data + bytes(-len(data) % 8)
     length = 160 + len(table) + len(values)
     length += -length % 16
-    head = {"magic": b"\x89SQRM\r\n\x1a", "version": 1, "bytes": length, "columns": len(columns), "table": 160} | spoiled
+    head = {
+        "magic": b"\x89SQRM\r\n\x1a",
+        "version": 1,
+        "bytes": length,
+        "columns": len(columns),
+        "table": 160,
+    } | spoiled
     packed = struct.pack(
         "<8sII16sQdQQQQ3ddQIIII3I8s",
-        head["magic"], head["version"], kind, bytes(range(16)), 40, 2.0, 10, head["bytes"], rows, 5, 16.0, 8.0, 12.0, 1.0, 4,
-        1, head["columns"], head["table"], 3, *blocks, bytes(8),
+        head["magic"], head["version"], kind, bytes(range(16)), 40, 2.0, 10, head["bytes"], rows, 5, 16.0, 8.0,
+        12.0, 1.0, 4, 1, head["columns"], head["table"], 3, *blocks, bytes(8),
     )  # fmt: skip
     assert len(packed) == 156
     checksum = spoiled.get("checksum", zlib.crc32(packed + table))
