@@ -8,8 +8,10 @@ use glam::{DQuat, DVec3};
 
 /// How thick a slab is drawn, in a: thin, so that it hides no squirmer.
 const THICKNESS: f64 = 0.1;
-/// Colour of the slowest and of the fastest block.
+/// Colour of a block at rest, and of one at [`FAST`] or above.
 const COLOURS: [[f32; 3]; 2] = [[247.0, 251.0, 255.0], [8.0, 48.0, 107.0]];
+/// Where the colours end, in root mean squares of the speed in the plane: a single fast block must not make the rest pale.
+const FAST: f32 = 2.0;
 /// Bytes of a block: five numbers and a colour.
 const STRIDE: u32 = 24;
 
@@ -66,12 +68,16 @@ fn blocks(header: &Header, fields: &Fields) -> Vec<u8> {
         .filter(|i| *i < fields.density.len())
         .collect();
     let speed = |i: usize| glam::Vec3::from_array(fields.velocity[i]).length();
-    let fastest = plane.iter().map(|i| speed(*i)).fold(f32::MIN_POSITIVE, f32::max);
+    let (mass, energy) = plane.iter().fold((0.0, 0.0), |(mass, energy), i| {
+        (mass + fields.density[*i], energy + fields.density[*i] * speed(*i).powi(2))
+    });
+    let fast = FAST * (energy / mass).sqrt();
     let mut data = Vec::with_capacity(STRIDE as usize * plane.len());
     for i in plane {
         let [vx, vy, vz] = fields.velocity[i];
         data.extend_from_slice(bytemuck::cast_slice(&[speed(i), fields.density[i], vx, vy, vz]));
-        let share = speed(i) / fastest;
+        // Without motion, or without fluid, there is no scale.
+        let share = if fast > 0.0 { (speed(i) / fast).min(1.0) } else { 0.0 };
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
         data.extend((0..3).map(|k| (COLOURS[0][k] + share * (COLOURS[1][k] - COLOURS[0][k])).round() as u8));
         data.push(if fields.density[i] > 0.0 { 255 } else { 0 });

@@ -112,7 +112,10 @@ class Live:
         config = _config(self._iox2)
         builder = self._iox2.NodeBuilder.new().config(config)
         builder = builder.signal_handling_mode(self._iox2.SignalHandlingMode.Disabled)
-        self._node = self._call("join the shared-memory domain", lambda: builder.create(self._iox2.ServiceType.Ipc))
+        domain = config.global_cfg.root_path.to_string()
+        self._node = self._call(
+            f"join the shared-memory domain {domain}", lambda: builder.create(self._iox2.ServiceType.Ipc)
+        )
         self._looked = time.monotonic()
         self._topics: dict[str, LiveTopic] = {}
         absent = self._open(config, topics)
