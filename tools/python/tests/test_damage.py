@@ -1,6 +1,7 @@
 """Recordings that end in the middle, are damaged, or have several segments."""
 
 import random
+import struct
 import warnings
 
 import pytest
@@ -167,6 +168,18 @@ def test_other_files_are_no_recordings(folder, tmp_path):
         squirm.open_run(tmp_path)
 
 
-def test_chunks_are_what_is_recorded(whole):
-    """The tests above would say little about a file whose data lie outside chunks."""
-    assert whole[0].count(bytes([Opcode.CHUNK])) > 10
+def test_a_chunk_that_passes_for_another_record_is_found(whole, tmp_path):
+    """One flipped bit makes a chunk an index of messages; without the file's end no checksum covers that bit."""
+    data, _ = whole
+    cut = data[: len(data) // 2]
+    offset, chunks = 8, 0
+    while offset + 9 <= len(cut):
+        opcode, length = struct.unpack_from("<BQ", cut, offset)
+        if opcode == Opcode.CHUNK and offset + 9 + length <= len(cut):
+            bad = bytearray(cut)
+            bad[offset] ^= Opcode.CHUNK ^ Opcode.MESSAGE_INDEX
+            with pytest.raises(squirm.DamagedRecording, match="index of messages"):
+                opened(tmp_path / "run.mcap", bad)
+            chunks += 1
+        offset += 9 + length
+    assert chunks > 5
