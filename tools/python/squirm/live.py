@@ -6,6 +6,7 @@ import ctypes
 import os
 import tempfile
 import time
+from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -71,13 +72,13 @@ def live_runs() -> list[str]:
 
 
 def _services(iox2: Any, config: Any) -> set[tuple[str, str]]:
-    """Run and topic of every service."""
-    found = set()
+    """Run and topic wherever both services of a topic are there, the one for snapshots and the one for events."""
+    found: Counter[tuple[str, str]] = Counter()
     for service in iox2.Service.list(config, iox2.ServiceType.Ipc):
         parts = service.name().to_string().split("/")
         if len(parts) >= 3 and parts[0] == "squirm" and parts[-1] in TOPICS:
-            found.add(("/".join(parts[1:-1]), parts[-1]))
-    return found
+            found["/".join(parts[1:-1]), parts[-1]] += 1
+    return {name for name, count in found.items() if count > 1}
 
 
 def attach(run: str, topics: Iterable[str] | None = None, timeout: float = 0) -> Live:
@@ -201,13 +202,13 @@ class Live:
             going = self.going
             came = False
             for topic in list(self._topics.values()):
+                # One of each in turn, so that a topic that comes often does not hide the others.
                 snapshot = topic.next(timeout=0)
-                while snapshot is not None:
+                if snapshot is not None:
                     came = True
                     yield snapshot
-                    # Given back before the next one is taken.
-                    del snapshot
-                    snapshot = topic.next(timeout=0)
+                # Given back before the next one is taken.
+                del snapshot
             if not going and not came:
                 return
             if not came:
