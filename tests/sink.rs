@@ -1,7 +1,7 @@
 //! Recordings, shared memory and tables: what arrives is what was sent, and every failure has a name.
 
 use foxglove::Decode;
-use foxglove::messages::{FrameTransform, PointCloud, PosesInFrame, SceneUpdate};
+use foxglove::messages::{FrameTransform, Grid, PointCloud, PosesInFrame, SceneUpdate, VoxelGrid};
 use squirm::analyze::{AnalyzeError, Limits, Live, Recording, Source};
 use squirm::sink::{Job, Outlets, Provenance, Publisher, Recorder, SinkError, Tables, Targets, Writer};
 use squirm::wire::{Fields, Header, Kind, Particles, Scalars, SpeciesRow, Squirmers, Stamp, domain};
@@ -78,7 +78,7 @@ fn a_recording_holds_the_bytes_and_says_where_they_come_from() {
     recorder.sync().unwrap();
     let files = recorder.finish().unwrap();
     let path = dir.path().join("run.mcap");
-    assert_eq!((files.len(), &files[0].path, files[0].messages), (1, &path, 7));
+    assert_eq!((files.len(), &files[0].path, files[0].messages), (1, &path, 10));
     assert_eq!(files[0].bytes, path.metadata().unwrap().len());
 
     let read = messages(&path);
@@ -113,9 +113,16 @@ fn viewers_see_spheroids_headings_and_the_box() {
     assert_eq!(poses.timestamp.unwrap().total_nanos(), 500_000_000);
 
     let scene = SceneUpdate::decode(of(&read, "/squirmers/scene")).unwrap();
-    let [bodies, edges] = &scene.entities[..] else { panic!("{} entities", scene.entities.len()) };
+    let [bodies] = &scene.entities[..] else { panic!("{} entities", scene.entities.len()) };
     let size = bodies.spheres[0].size.unwrap();
     assert_eq!((size.x, size.y, size.z, bodies.arrows.len()), (4.0, 4.0, 8.0, 1));
+
+    let surroundings = SceneUpdate::decode(of(&read, "/box")).unwrap();
+    let [edges, walls] = &surroundings.entities[..] else { panic!("{} entities", surroundings.entities.len()) };
+    let centre = |i: usize| walls.cubes[i].pose.as_ref().unwrap().position.unwrap();
+    let thick = walls.cubes[0].size.unwrap();
+    assert_eq!((walls.cubes.len(), thick.x, thick.z), (2, 48.0, 24.0));
+    assert_eq!((centre(0).y + thick.y / 2.0, centre(1).y - thick.y / 2.0), (0.0, 12.0));
     let corners = &edges.lines[0].points;
     assert_eq!(corners.len(), 24);
     let length =
@@ -123,9 +130,60 @@ fn viewers_see_spheroids_headings_and_the_box() {
     assert_eq!(corners.chunks(2).map(length).sum::<f64>(), 4.0 * (48.0 + 12.0 + 24.0));
 
     let points = PointCloud::decode(of(&read, "/squirmers/points")).unwrap();
-    assert_eq!((points.point_stride, points.data.len(), points.fields[6].name.as_str()), (32, 32, "id"));
-    assert_eq!(points.data[24..28], 3u32.to_le_bytes());
+    assert_eq!((points.point_stride, points.data.len(), points.fields[6].name.as_str()), (36, 36, "id"));
+    assert_eq!((&points.data[24..28], &points.data[32..]), (&3u32.to_le_bytes()[..], &[230, 159, 0, 255][..]));
     assert_eq!(FrameTransform::decode(of(&read, "/tf")).unwrap().child_frame_id, "box");
+}
+
+#[test]
+fn viewers_see_the_middle_plane_of_the_fluid() {
+    // Blocks of 4 in a box of 48 x 12 x 24: each has its own numbers, and one of the plane at y = 6 is empty.
+    let blocks = [12, 3, 6];
+    let places: Vec<[u32; 3]> =
+        (0..12 * 3 * 6).map(|i| [i % blocks[0], i / blocks[0] % blocks[1], i / (blocks[0] * blocks[1])]).collect();
+    let mut fields = Fields {
+        block: 4,
+        blocks,
+        density: vec![10.0; places.len()],
+        velocity: places.iter().map(|p| p.map(|c| c as f32)).collect(),
+    };
+    let empty = places.iter().position(|p| *p == [2, 1, 0]).unwrap();
+    (fields.density[empty], fields.velocity[empty]) = (0.0, [0.0; 3]);
+    let fast = places.iter().position(|p| *p == [7, 1, 3]).unwrap();
+    fields.velocity[fast] = [50.0, 0.0, 0.0];
+    let dir = tempfile::tempdir().unwrap();
+    let mut recorder = Recorder::create(dir.path(), &provenance(), "").unwrap();
+    recorder.write(&fields.encode(&stamp(1))).unwrap();
+    recorder.write(&scalars(1.0).encode(&stamp(1))).unwrap();
+    recorder.write(&squirmers().encode(&stamp(1))).unwrap();
+    recorder.finish().unwrap();
+    let read = messages(&dir.path().join("run.mcap"));
+    // What all topics of one step share is there once.
+    assert_eq!(["/tf", "/box"].map(|topic| read.iter().filter(|m| m.0 == topic).count()), [1, 1]);
+
+    let grid = Grid::decode(of(&read, "/fluid/slice")).unwrap();
+    let slab = VoxelGrid::decode(of(&read, "/fluid/slab")).unwrap();
+    let cell = |x: usize, z: usize| &grid.data[z * grid.row_stride as usize + x * grid.cell_stride as usize..][..24];
+    let numbers = |x, z| bytemuck::pod_collect_to_vec::<u8, f32>(&cell(x, z)[..20]);
+    assert_eq!((grid.column_count, grid.data.len(), &grid.data), (12, 24 * 12 * 6, &slab.data));
+    assert_eq!(numbers(3, 5), [35f32.sqrt(), 10.0, 3.0, 1.0, 5.0]);
+    assert_eq!((cell(2, 0)[23], cell(3, 0)[23]), (0, 255));
+    // Root mean square over the plane but the empty block, twice of which is the darkest blue: 247 - 239 share red.
+    let squares: f32 = places.iter().filter(|p| p[1] == 1).map(|p| p.iter().map(|c| (c * c) as f32).sum::<f32>()).sum();
+    let fast = 2.0 * ((squares - 5.0 - 59.0 + 2500.0) / 71.0).sqrt();
+    let red = |speed: f32| (247.0 - 239.0 * (speed / fast).min(1.0)).round() as u8;
+    assert_eq!((cell(3, 5)[20], cell(0, 0)[20]), (red(35f32.sqrt()), red(1.0)));
+    assert_eq!(&cell(7, 3)[20..], [8, 48, 107, 255]);
+    let names: Vec<_> = grid.fields.iter().map(|f| (f.name.as_str(), f.offset)).collect();
+    assert_eq!((names[0], names[4], names[8]), (("speed", 0), ("vz", 16), ("alpha", 23)));
+    // The plane's own x and y are the x and z of the box, and it begins at the box's lower corner.
+    let pose = grid.pose.unwrap();
+    let q = pose.orientation.unwrap();
+    let turned = glam::DQuat::from_xyzw(q.x, q.y, q.z, q.w) * glam::DVec3::Y;
+    assert!((turned - glam::DVec3::Z).length() < 1e-12, "{turned}");
+    assert_eq!(pose.position.map(|p| [p.x, p.y, p.z]), Some([0.0, 6.0, 0.0]));
+    let size = slab.cell_size.unwrap();
+    assert_eq!((slab.row_count, slab.slice_stride, size.x, size.z), (1, 24 * 12, 4.0, 4.0));
 }
 
 #[test]

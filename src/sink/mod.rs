@@ -7,6 +7,7 @@ mod outlets;
 mod publisher;
 mod recorder;
 mod scene;
+mod slice;
 mod tables;
 mod track;
 

@@ -1,8 +1,8 @@
 //! Recording a run: `run.mcap`, and `run.fluid.mcap` for the bulk of the fluid.
 
 use super::track::{Track, When};
-use super::{SinkError, scene};
-use crate::wire::{Kind, Particles, Snapshot, Squirmers};
+use super::{SinkError, scene, slice};
+use crate::wire::{Fields, Header, Kind, Particles, Snapshot, Squirmers};
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::BufWriter;
@@ -56,6 +56,8 @@ pub struct Recorder {
     resolved: String,
     run: Open,
     fluid: Option<Open>,
+    /// Step at which viewers were last told where everything is.
+    framed: Option<u64>,
 }
 
 impl Recorder {
@@ -69,7 +71,14 @@ impl Recorder {
             return Err(SinkError::Exists(fluid));
         }
         let run = open(&dir.join("run.mcap"), provenance, resolved, 0)?;
-        Ok(Self { dir: dir.into(), provenance: provenance.clone(), resolved: resolved.into(), run, fluid: None })
+        Ok(Self {
+            dir: dir.into(),
+            provenance: provenance.clone(),
+            resolved: resolved.into(),
+            run,
+            fluid: None,
+            framed: None,
+        })
     }
 
     /// Records one message and closes its chunk, so that a run that is killed loses at most the message being written.
@@ -93,9 +102,9 @@ impl Recorder {
             }
             Kind::Squirmers => {
                 let squirmers = Squirmers::decode(&snapshot)?;
+                self.frame(header, when)?;
                 let track = &mut self.run.track;
                 track.snapshot("/squirm/squirmers", snapshot.bytes(), when)?;
-                track.view("/tf", &scene::transform(header), when)?;
                 track.view("/squirmers/poses", &scene::poses(header, &squirmers), when)?;
                 track.view("/squirmers/scene", &scene::scene(header, &squirmers), when)?;
                 track.view("/squirmers/points", &scene::squirmer_points(header, &squirmers), when)?;
@@ -106,8 +115,13 @@ impl Recorder {
                 &mut self.run.track
             }
             Kind::Fields => {
-                self.run.track.snapshot("/squirm/fields", snapshot.bytes(), when)?;
-                &mut self.run.track
+                let fields = Fields::decode(&snapshot)?;
+                self.frame(header, when)?;
+                let track = &mut self.run.track;
+                track.snapshot("/squirm/fields", snapshot.bytes(), when)?;
+                track.view("/fluid/slice", &slice::grid(header, &fields), when)?;
+                track.view("/fluid/slab", &slice::slab(header, &fields), when)?;
+                track
             }
         };
         track.flush()
@@ -132,6 +146,17 @@ impl Recorder {
     pub fn finish(self) -> Result<Vec<FileInfo>, SinkError> {
         let finished: Vec<_> = [Some(self.run), self.fluid].into_iter().flatten().map(close).collect();
         finished.into_iter().collect()
+    }
+
+    /// The frame, the box and its walls, once for all messages of a step.
+    fn frame(&mut self, header: &Header, when: When) -> Result<(), SinkError> {
+        if self.framed == Some(header.step) {
+            return Ok(());
+        }
+        self.run.track.view("/tf", &scene::transform(header), when)?;
+        self.run.track.view("/box", &scene::surroundings(header), when)?;
+        self.framed = Some(header.step);
+        Ok(())
     }
 
     fn fluid(&mut self) -> Result<&mut Open, SinkError> {
