@@ -13,10 +13,14 @@ mod bench;
 mod check;
 mod export;
 mod graph;
+mod ps;
 mod render;
 mod run;
 mod signals;
 mod stages;
+mod tap;
+mod top;
+mod watch;
 
 use clap::{CommandFactory, Parser, Subcommand};
 use squirm::config::{self, Failure, Loaded};
@@ -64,6 +68,12 @@ impl From<Form> for squirm::gpu::Form {
 enum Command {
     /// Run a pipeline file.
     Run(run::Args),
+    /// List the runs of yours that are going on this machine.
+    Ps(ps::Args),
+    /// Watch a run that is going: progress, speed, temperature, time of each stage.
+    Top(top::Args),
+    /// Print the snapshots of a run that is going.
+    Tap(tap::Args),
     /// Measure how fast cases and pipeline files run on an adapter.
     Bench(bench::Args),
     /// Check pipeline files without a GPU, and print what they mean.
@@ -117,6 +127,9 @@ struct Overrides {
 pub fn main() -> ExitCode {
     match Cli::parse().command {
         Command::Run(args) => run::run(&args),
+        Command::Ps(args) => ps::ps(&args),
+        Command::Top(args) => top::top(&args),
+        Command::Tap(args) => tap::tap(&args),
         Command::Bench(args) => bench::bench(&args),
         Command::Check { files, overrides } => check::check(&files, &overrides.set),
         Command::Graph { file, format, plan, overrides } => graph::graph(&file, format, plan, &overrides.set),
@@ -130,6 +143,14 @@ pub fn main() -> ExitCode {
             print(&String::from_utf8_lossy(&script))
         }
     }
+}
+
+/// Lets warnings of the library reach standard error.
+fn tell_warnings() {
+    let filter = tracing_subscriber::EnvFilter::new("squirm=warn");
+    let format = tracing_subscriber::fmt().without_time().with_target(false).with_ansi(false);
+    // A reader that has gone must not end a run, and a second subscriber is none.
+    let _ = format.with_env_filter(filter).with_writer(std::io::stderr).log_internal_errors(false).try_init();
 }
 
 /// Writes to standard output; a closed pipe, as after `| head`, is no failure.

@@ -109,6 +109,7 @@ impl Recorder {
                 self.run.track.snapshot("/squirm/fields", snapshot.bytes(), when)?;
                 &mut self.run.track
             }
+            Kind::Status => return Ok(()),
         };
         track.flush()
     }
