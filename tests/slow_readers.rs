@@ -125,7 +125,9 @@ fn a_stopped_reader_costs_the_limit_once_and_is_waited_for_again_when_it_has_cau
     assert!(waited >= limit && waited < limit + Duration::from_secs(5), "{waited:?}");
     assert_eq!(publisher.dropped(), 1);
     let begun = Instant::now();
-    (0..50).for_each(|i| drop(publisher.publish(&message(seq + 1 + i)).expect("published")));
+    for i in 0..50 {
+        publisher.publish(&message(seq + 1 + i)).expect("published");
+    }
     assert!(begun.elapsed() < 20 * limit, "50 messages wait for nobody: {:?}", begun.elapsed());
     assert_eq!(publisher.dropped(), 51);
     sleeper.signal("-CONT");
@@ -140,7 +142,10 @@ fn a_killed_reader_is_not_waited_for() {
     sleeper.0.kill().expect("killed");
     sleeper.0.wait().expect("a child");
     let begun = Instant::now();
-    (0..20).for_each(|i| drop(publisher.publish(&message(seq + 1 + i)).expect("published")));
+    for i in 0..20 {
+        publisher.publish(&message(seq + 1 + i)).expect("published");
+    }
+    eprintln!("20 messages with a killed reader: {:?}", begun.elapsed());
     assert!(begun.elapsed() < Duration::from_secs(20), "{:?}", begun.elapsed());
     assert_eq!(publisher.dropped(), 0, "the dead lose nothing");
 }
@@ -170,4 +175,29 @@ fn a_wait_can_be_cut_short() {
     });
     let waited = until_full(&mut publisher, &mut seq, Duration::from_millis(50)).expect("no error");
     assert!(waited < Duration::from_secs(20), "{waited:?}");
+}
+
+/// What coming, going and dying readers cost the one who publishes.
+#[test]
+fn ten_kills_of_a_reader_do_not_stall_the_publisher() {
+    let run = unique("kills");
+    let mut publisher = open(&run, OnSlow::Drop);
+    let (mut seq, mut longest) = (0, Duration::ZERO);
+    for _ in 0..10 {
+        let mut sleeper = Sleeper::attach(&run, &mut publisher, &mut seq);
+        sleeper.0.kill().expect("killed");
+        sleeper.0.wait().expect("a child");
+        for _ in 0..100 {
+            seq += 1;
+            let begun = Instant::now();
+            publisher.publish(&message(seq)).expect("published");
+            publisher.welcome();
+            longest = longest.max(begun.elapsed());
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        // What the next reader does when it comes.
+        Publisher::open(&unique("other"), &[]).expect("shared memory");
+    }
+    eprintln!("longest call with ten killed readers: {longest:?}");
+    assert!(longest < Duration::from_secs(2), "{longest:?}");
 }

@@ -34,6 +34,13 @@ pub fn check(
                     .help(format!("add kind = \"{}\", or command = [\"./my-program\"]", kinds::KINDS[0].name)),
             ),
         }
+        if analyzer.folder().trim().is_empty() {
+            found.push(
+                Diagnostic::error("this analyzer has nowhere to write")
+                    .at(at("out"), "names no folder")
+                    .help("write out = \"my-results\", or leave it out"),
+            );
+        }
         if let Some(first) = analyzers[..index].iter().position(|a| a.folder() == analyzer.folder()) {
             let other = first.to_string();
             found.push(

@@ -110,7 +110,10 @@ impl Publisher {
             .signal_handling_mode(SignalHandlingMode::Disabled)
             .create::<Service>()
             .map_err(|e| {
-                failed("join the shared-memory domain", format!("{e:?}; who owns {}?", config.global.root_path()))
+                failed(
+                    "join the shared-memory domain",
+                    format!("{e:?}; {} and {} must be yours to write", config.global.root_path(), domain::MEMORY),
+                )
             })?;
         // What killed runs left behind would otherwise count against the limits below.
         node.try_cleanup_dead_nodes();

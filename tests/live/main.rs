@@ -3,6 +3,7 @@
 
 mod analyzers;
 mod memory;
+mod slow;
 mod views;
 
 use std::io::Read;

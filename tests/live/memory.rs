@@ -27,7 +27,7 @@ fn with_memory(size: &str, folder: &Path, name: &str, set: &[&str]) -> Option<(O
 
 #[test]
 fn sixty_four_megabytes_are_used_as_far_as_they_go() {
-    // 12 messages of all 3,200 particles are 1.4 MB.
+    // 12 messages of all 3,000 particles are 1.3 MB.
     let output = "[[output]]\npublish = [\"particles\", \"scalars\"]\nevery = 2\nfraction = 1.0\n";
     let (folder, name) = prepared("small", output);
     let short = "run.steps=20";
@@ -36,7 +36,7 @@ fn sixty_four_megabytes_are_used_as_far_as_they_go() {
     let (code, said) = with_memory("1m", folder.path(), &name, &[short]).expect("as before");
     assert_eq!(code, Some(1), "{said}");
     let parts = [
-        "shared memory is too small: publishing particles, scalars needs ",
+        "shared memory is too small: publishing scalars, particles needs ",
         " bytes in /dev/shm, ",
         " are free",
         "--shm-size",

@@ -13,7 +13,7 @@ pub const SILENCE: Duration = Duration::from_secs(4);
 /// What comes to a board.
 pub enum News {
     /// The run's status.
-    Status(Stamp, Status),
+    Status(Stamp, Box<Status>),
     /// Its topics and their subscribers.
     Topics(Vec<(Kind, usize)>),
     /// It publishes no more; why, if that was an error of watching.
@@ -98,7 +98,7 @@ impl Board {
                 }
                 self.temperature.push(status.temperature);
                 self.swim_speed.push(status.swim_speed);
-                self.last = Some((stamp, status));
+                self.last = Some((stamp, *status));
             }
             News::Topics(topics) if self.is_going() => {
                 self.topics = topics.into_iter().filter(|(kind, _)| *kind != Kind::Status).collect();
@@ -179,7 +179,8 @@ mod tests {
         let ended = |phase: &str| {
             let mut board = Board::new("r");
             let stamp = Stamp { step: 7, ..Stamp::default() };
-            board.take(News::Status(stamp, Status { phase: phase.into(), ..Status::default() }));
+            let status = Status { phase: phase.into(), ..Status::default() };
+            board.take(News::Status(stamp, Box::new(status)));
             assert!(board.is_going() && !board.died());
             board.take(News::Over(None));
             (board.died(), board.ending())

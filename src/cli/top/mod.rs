@@ -90,7 +90,7 @@ fn follow(run: &str, sender: Sender<News>) {
     let (name, statuses) = (run.to_owned(), sender.clone());
     std::thread::spawn(move || {
         let ending = Live::new(&name, Limits::default()).drive(&[Kind::Status], &mut |snapshot| {
-            let news = News::Status(snapshot.header.stamp(), Status::decode(snapshot)?);
+            let news = News::Status(snapshot.header.stamp(), Box::new(Status::decode(snapshot)?));
             Ok(if statuses.send(news).is_ok() { ControlFlow::Continue(()) } else { ControlFlow::Break(()) })
         });
         let _ = statuses.send(News::Over(ending.err().map(|e| e.to_string())));

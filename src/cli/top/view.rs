@@ -83,18 +83,16 @@ fn track(frame: &mut Frame<'_>, area: Rect, name: &str, value: f64, track: &Trac
     frame.render_widget(Paragraph::new(range).style(dim()), rows[2]);
 }
 
-/// GPU time of the stages, the longest bar first where the file has it: the order is that of a step.
+/// GPU time of the stages in the order of a step.
 #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
 fn stages(frame: &mut Frame<'_>, area: Rect, status: &Status) {
     let total: f64 = status.stages.iter().map(|s| s.1).sum();
+    let width = usize::from(area.width).saturating_sub(32).clamp(12, 64);
     let block = Block::new().title(format!("GPU time by stage: {:.3} ms per step", total * 1e-6)).title_style(bold());
     let line = |(name, time): &(String, f64)| {
         let share = if total > 0.0 { 100.0 * time / total } else { 0.0 };
-        Line::from(format!(
-            "{:<24.24} {share:5.1} %  {}",
-            watch::tame(name),
-            "#".repeat((share / 4.0).round() as usize)
-        ))
+        let bar = "#".repeat((share / 5.0).round() as usize);
+        Line::from(format!("{:<width$.width$} {share:5.1} %  {bar}", watch::tame(name)))
     };
     let lines: Vec<Line<'_>> = if status.stages.is_empty() {
         vec![Line::from("this adapter tells no times").style(dim())]
@@ -155,7 +153,7 @@ mod tests {
         let mut board = Board::new("quickstart");
         let stamp = Stamp { step: 500, time: 25.0, ..Stamp::default() };
         for speed in [40.0, 45.0, 50.0] {
-            board.take(News::Status(stamp, Status { speed, ..status() }));
+            board.take(News::Status(stamp, Box::new(Status { speed, ..status() })));
         }
         board.take(News::Topics(vec![(Kind::Squirmers, 2), (Kind::Status, 1)]));
         board
