@@ -1,7 +1,12 @@
 //! Messages that somebody made up: whatever the numbers in header and column table are, reading ends with values or an error.
 
+use iceoryx2::prelude::{NodeBuilder, PortFactory as _, SignalHandlingMode, ipc};
 use proptest::prelude::*;
+use squirm::analyze::{Limits, Live, Source};
+use squirm::wire::domain::{self, Block};
 use squirm::wire::{Column, Fields, Header, Kind, Particles, Scalars, Snapshot, SpeciesRow, Squirmers, Stamp, Status};
+use std::ops::ControlFlow;
+use std::time::Duration;
 
 const HEAD: usize = size_of::<Header>();
 const ENTRY: usize = size_of::<Column>();
@@ -81,6 +86,47 @@ fn honest_messages_are_read() {
         seal(&mut bytes);
         assert_eq!(bytes, honest(kind), "the seal of the test is the true one");
     }
+}
+
+/// Somebody who publishes what he likes where a run's scalars are expected.
+#[test]
+fn a_live_reader_skips_what_is_no_snapshot_of_its_topic_and_says_so() {
+    let run = format!("rogue-{}", std::process::id());
+    let config = domain::config().unwrap();
+    let builder = NodeBuilder::new().config(&config).signal_handling_mode(SignalHandlingMode::Disabled);
+    let node = builder.create::<ipc::Service>().unwrap();
+    let name = domain::service(&run, "scalars").unwrap();
+    let service = node.service_builder(&name).publish_subscribe::<[Block]>().user_header::<Header>();
+    let service = service.history_size(1).subscriber_max_buffer_size(8).open_or_create().unwrap();
+    let _events = node.service_builder(&name).event().open_or_create().unwrap();
+    let publisher = service.publisher_builder().initial_max_slice_len(256).create().unwrap();
+    let publish = |bytes: &[u8]| {
+        let blocks = bytes.as_chunks::<16>().0;
+        let sample = publisher.loan_slice_uninit(blocks.len()).unwrap();
+        sample.write_from_fn(|i| Block(blocks[i])).send().unwrap()
+    };
+    let reader = std::thread::spawn(move || {
+        let limits = Limits { snapshots: Some(2), duration: Some(Duration::from_secs(30)), ..Limits::default() };
+        let mut seen = 0;
+        let ending = Live::new(&run, limits).drive(&[Kind::Scalars], &mut |s| {
+            assert_eq!(s.kind(), Kind::Scalars);
+            seen += 1;
+            Ok(ControlFlow::Continue(()))
+        });
+        (seen, ending.unwrap().warnings)
+    });
+    while service.dynamic_config().number_of_subscribers() == 0 {
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    publish(&honest(Kind::Scalars));
+    publish(&[0xff; 320]);
+    publish(&honest(Kind::Squirmers));
+    publish(&[]);
+    publish(&honest(Kind::Scalars));
+    let (seen, warnings) = reader.join().unwrap();
+    assert_eq!(seen, 2);
+    let about = |w: &String| w.contains("3 messages on scalars were skipped: not a squirm snapshot");
+    assert!(warnings.iter().any(about), "{warnings:?}");
 }
 
 proptest! {

@@ -67,3 +67,30 @@ fn write(sample: &mut [MaybeUninit<Block>]) -> bool {
     sample.fill(MaybeUninit::new(Block([0; 16])));
     true
 }
+
+#[cfg(all(test, target_os = "linux"))]
+mod tests {
+    use super::*;
+    use std::os::fd::AsRawFd;
+
+    /// Behind the end of a file there are no pages, as on a full disk: a write would be answered with SIGBUS.
+    #[test]
+    #[allow(unsafe_code)]
+    fn pages_that_cannot_be_had_are_an_answer_and_no_signal() {
+        let file = tempfile::tempfile().unwrap();
+        let (page, pages) = (4096, 4);
+        file.set_len(2 * page as u64).unwrap();
+        let (rights, shared) = (libc::PROT_READ | libc::PROT_WRITE, libc::MAP_SHARED);
+        // SAFETY: a fresh mapping that nobody else has, unmapped at the end; the slices are never read or written here.
+        unsafe {
+            let map = libc::mmap(std::ptr::null_mut(), pages * page, rights, shared, file.as_raw_fd(), 0);
+            assert_ne!(map, libc::MAP_FAILED);
+            let sample = |n| std::slice::from_raw_parts_mut(map.cast::<MaybeUninit<Block>>(), n * page / 16);
+            if libc::madvise(map, page, libc::MADV_POPULATE_WRITE) == 0 {
+                assert!(populate(sample(2)));
+                assert!(!populate(sample(3)));
+            }
+            libc::munmap(map, pages * page);
+        }
+    }
+}

@@ -1,5 +1,5 @@
 //! Runs seen from outside while they go: `ps`, `top`, `tap`, names, analyzers, small shared memory.
-#![cfg(unix)]
+#![cfg(target_os = "linux")]
 
 mod analyzers;
 mod memory;

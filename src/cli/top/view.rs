@@ -180,7 +180,7 @@ mod tests {
             "q: leave",
         ];
         parts.iter().for_each(|part| assert!(all.contains(part), "{part:?} is not in\n{all}"));
-        assert!(all.contains('█') && all.contains('▁'), "bars:\n{all}");
+        assert!(all.contains('█') && all.contains('▂'), "bars:\n{all}");
         assert!(lines.iter().any(|l| l.contains("stream") && l.contains("75.0 %")), "{all}");
         assert!(!all.contains("status       1"), "the status is no topic of the user's");
     }
