@@ -148,9 +148,25 @@ pub fn main() -> ExitCode {
 /// Lets warnings of the library reach standard error.
 fn tell_warnings() {
     let filter = tracing_subscriber::EnvFilter::new("squirm=warn");
-    let format = tracing_subscriber::fmt().without_time().with_target(false).with_ansi(false);
-    // A reader that has gone must not end a run, and a second subscriber is none.
-    let _ = format.with_env_filter(filter).with_writer(std::io::stderr).log_internal_errors(false).try_init();
+    let format = tracing_subscriber::fmt().without_time().with_target(false).with_level(false).with_ansi(false);
+    // A reader of standard error that has gone must not end a run; and who has set warnings up before keeps them.
+    let _ = format.with_env_filter(filter).with_writer(|| Warnings).log_internal_errors(false).try_init();
+}
+
+/// Standard error, each of whose lines is a warning.
+struct Warnings;
+
+impl std::io::Write for Warnings {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        let mut out = std::io::stderr().lock();
+        out.write_all(b"warning: ")?;
+        out.write_all(bytes)?;
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        std::io::stderr().flush()
+    }
 }
 
 /// Writes to standard output; a closed pipe, as after `| head`, is no failure.

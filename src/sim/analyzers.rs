@@ -1,6 +1,6 @@
 //! The analyzers of a pipeline file as processes: started with the run, started again when they die, ended with the run.
 //!
-//! A thread of its own looks after them, so that the run never waits for one, nor ends because of one.
+//! A thread of its own looks after them: once it has begun the run never waits for one, nor ends because of one.
 
 use crate::analyze::{self, kinds};
 use crate::graph::AnalyzerProgram;
@@ -114,7 +114,8 @@ struct Analyzer {
 
 impl Analyzer {
     fn new(program: &AnalyzerProgram, dir: &Path, run: &str) -> Self {
-        let out = dir.join(program.folder());
+        // Programs may change their directory.
+        let out = std::path::absolute(dir).unwrap_or_else(|_| dir.to_owned()).join(program.folder());
         let kind = program.kind.as_deref().and_then(kinds::find);
         let command = match (&program.command, kind) {
             (Some(words), _) => words.iter().map(|w| w.replace("{run}", run)).collect(),
@@ -205,13 +206,12 @@ impl Analyzer {
 /// Waits for the processes, asks those that are left to end, then kills them.
 fn finish(all: &mut [Analyzer], patience: Duration) {
     wait(all, patience);
-    all.iter().filter_map(|a| a.child.as_ref()).for_each(ask_to_end);
+    all.iter_mut().filter_map(|a| a.child.as_mut()).for_each(ask_to_end);
     wait(all, GRACE);
     for analyzer in all {
         if let Some(mut child) = analyzer.child.take() {
             tracing::warn!("the analyzer {} did not end and was killed", analyzer.name);
-            // It may have ended this moment.
-            let _ = child.kill();
+            kill(&mut child);
             let _ = child.wait();
         }
     }
@@ -233,18 +233,35 @@ fn wait(all: &mut [Analyzer], patience: Duration) {
 }
 
 #[cfg(unix)]
-fn ask_to_end(child: &Child) {
+fn ask_to_end(child: &mut Child) {
+    signal(child, libc::SIGTERM);
+}
+
+#[cfg(unix)]
+fn kill(child: &mut Child) {
+    signal(child, libc::SIGKILL);
+}
+
+/// Signals a process and those that it has started: its group is its own.
+#[cfg(unix)]
+fn signal(child: &Child, signal: i32) {
     if let Ok(id) = i32::try_from(child.id()) {
         // SAFETY: kill has no preconditions; the process is a child that nobody has waited for, so its number is not another's.
         #[allow(unsafe_code)]
         unsafe {
-            libc::kill(id, libc::SIGTERM);
+            libc::kill(-id, signal);
         }
     }
 }
 
 #[cfg(not(unix))]
-fn ask_to_end(_child: &Child) {}
+fn ask_to_end(_child: &mut Child) {}
+
+#[cfg(not(unix))]
+fn kill(child: &mut Child) {
+    // It may have ended this moment.
+    let _ = child.kill();
+}
 
 /// A program that lies where this one lies, else by its name from the PATH.
 fn beside(name: &str) -> String {
