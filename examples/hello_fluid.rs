@@ -9,7 +9,7 @@ use squirm::{diag, stages};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let system = System {
-        run: Run { seed: 1, steps: 300, dt: 0.1 },
+        run: Run { seed: 1, steps: 300, dt: 0.1, live: true },
         domain: Domain { size: [12, 12, 12], walls: None },
         fluid: Fluid { density: 10.0, temperature: 1.0, acceleration: [0.0; 3] },
         species: Vec::new(),
@@ -22,7 +22,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             stages::find(kind).ok_or_else(|| diag::suggestion(kind, stages::REGISTRY.iter().map(|e| e.kind)))?;
         list.push(PlannedStage { entry, values: Values::defaults(&(entry.fields)()) });
     }
-    let plan = Plan { name: "hello".into(), system, stages: list, outputs: Vec::new(), resolved: String::new() };
+    let plan = Plan {
+        name: "hello".into(),
+        system,
+        stages: list,
+        outputs: Vec::new(),
+        analyzers: Vec::new(),
+        resolved: String::new(),
+    };
 
     let gpu = Gpu::open(None)?;
     let begin = start::start(&plan.system)?;

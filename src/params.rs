@@ -15,7 +15,7 @@ pub enum Value {
     Vector(Vec<f64>),
     /// A fixed number of whole numbers.
     Counts(Vec<i64>),
-    /// A list of words.
+    /// A list of words or texts.
     Words(Vec<String>),
     /// A list of rows of real numbers, all of one length.
     Rows(Vec<Vec<f64>>),
@@ -66,6 +66,8 @@ pub enum Kind {
     },
     /// A list of words, each from this set.
     Words(&'static [&'static str]),
+    /// A list of free texts.
+    Texts,
     /// A list of rows of `len` finite real numbers each.
     Rows {
         /// How many numbers a row has.

@@ -44,7 +44,7 @@ fn structs_of_every_kernel() {
 #[test]
 fn settings_of_every_stage() {
     let system = squirm::state::System {
-        run: squirm::state::Run { seed: 1, steps: 0, dt: 0.1 },
+        run: squirm::state::Run { seed: 1, steps: 0, dt: 0.1, live: true },
         domain: squirm::state::Domain { size: [8, 8, 8], walls: None },
         fluid: squirm::state::Fluid { density: 10.0, temperature: 1.0, acceleration: [0.0; 3] },
         species: Vec::new(),

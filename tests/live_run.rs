@@ -150,22 +150,6 @@ fn analyzers_come_and_go_and_a_killed_run_can_be_read() {
 }
 
 #[test]
-fn a_second_run_of_the_same_name_is_refused_before_it_writes() {
-    let (folder, name) = prepared("taken");
-    let run = Process::run(folder.path(), &name, "out");
-    wait_for(&folder.path().join("out/run.mcap"), 10_000);
-    let second = Command::new(env!("CARGO_BIN_EXE_squirm"))
-        .current_dir(folder.path())
-        .args(["run", &format!("{name}.toml"), "--out", "second"])
-        .output()
-        .expect("it starts");
-    let said = String::from_utf8_lossy(&second.stderr);
-    assert!(second.status.code() == Some(1) && said.contains("is already publishing"), "{said}");
-    assert!(!folder.path().join("second").exists());
-    assert_eq!(run.end("-INT").0, Some(130), "the first one goes on undisturbed");
-}
-
-#[test]
 fn a_signal_ends_a_run_with_complete_files() {
     for (signal, status) in [("-INT", 130), ("-TERM", 143)] {
         let (folder, name) = prepared(&format!("signal{status}"));

@@ -287,6 +287,40 @@ fn a_late_joiner_gets_the_newest_snapshot_from_an_idle_writer() {
 }
 
 #[test]
+fn a_late_joiner_of_a_rare_topic_gets_its_newest_snapshot_from_a_busy_writer() {
+    let run = unique("rare");
+    let length = |message: Vec<u8>| message.len();
+    let topics = [
+        (Kind::Scalars, length(scalars(0.0).encode(&stamp(0)))),
+        (Kind::Squirmers, length(squirmers().encode(&stamp(0)))),
+    ];
+    let outlets = Outlets { publisher: Some(Publisher::open(&run, &topics).unwrap()), ..Outlets::default() };
+    let mut writer = Writer::spawn(outlets, 4).unwrap();
+    let targets = Targets { publish: true, ..Targets::default() };
+    writer.send(Job::Snapshot(squirmers().encode(&stamp(3)), targets)).unwrap();
+    writer.sync().unwrap();
+    let reader = std::thread::spawn(move || {
+        let limits = Limits { snapshots: Some(1), duration: Some(Duration::from_secs(20)), ..Limits::default() };
+        let mut seen = Vec::new();
+        let ending = Live::new(&run, limits).drive(&[Kind::Squirmers], &mut |s| {
+            seen.push(s.header.seq);
+            Ok(ControlFlow::Continue(()))
+        });
+        ending.unwrap();
+        seen
+    });
+    // Never idle for as long as newcomers may wait.
+    let mut seq = 0;
+    while !reader.is_finished() {
+        writer.send(Job::Snapshot(scalars(0.0).encode(&stamp(seq)), targets)).unwrap();
+        seq += 1;
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    assert_eq!(reader.join().unwrap(), [3]);
+    writer.finish().unwrap();
+}
+
+#[test]
 fn a_slow_reader_loses_snapshots_and_counts_them_but_holds_nobody_up() {
     let run = unique("slow");
     let mut publisher = open(&run);

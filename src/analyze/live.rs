@@ -2,7 +2,7 @@
 
 use super::{AnalyzeError, Ending, Source, Visit};
 use crate::wire::domain::{self, Block};
-use crate::wire::{Header, Kind, Snapshot};
+use crate::wire::{Header, Kind, Snapshot, WireError};
 use iceoryx2::port::listener::Listener;
 use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::prelude::{
@@ -21,6 +21,9 @@ type Service = ipc::Service;
 const LOOK_FOR_DEAD: Duration = Duration::from_secs(1);
 /// Longest sleep: after it the limits and the stop flag are looked at again.
 const NAP: Duration = Duration::from_millis(100);
+
+/// Shared memory that one subscriber needs at most; where there is less, its first message would kill it.
+const ROOM: u64 = 1 << 18;
 
 /// When to stop although the run goes on.
 #[derive(Debug, Clone, Default)]
@@ -50,10 +53,13 @@ impl Live {
 
 /// One topic.
 struct Topic {
+    kind: Kind,
     service: Factory<Service, [Block], Header>,
     subscriber: Subscriber<Service, [Block], Header>,
     listener: Listener<Service>,
     expected: Option<u64>,
+    /// Messages that were no snapshots of this topic, and why the first was not.
+    refused: Option<(u64, WireError)>,
 }
 
 impl Source for Live {
@@ -73,7 +79,7 @@ impl Source for Live {
             let over = topics.iter().all(|t| t.service.dynamic_config().number_of_publishers() == 0);
             for topic in &mut topics {
                 if topic.drain(&self.limits, &mut ending, visit)? {
-                    return Ok(ending);
+                    return Ok(ended(ending, &topics));
                 }
             }
             if over || self.limits.passed(begin) {
@@ -88,14 +94,21 @@ impl Source for Live {
                 node.try_cleanup_dead_nodes();
             }
         }
-        if ending.lost > 0 {
-            let lost = ending.lost;
-            ending
-                .warnings
-                .push(format!("{lost} snapshots passed unseen: the run publishes faster than this analyzer reads"));
-        }
-        Ok(ending)
+        Ok(ended(ending, &topics))
     }
+}
+
+/// What the user should know of the end.
+fn ended(mut ending: Ending, topics: &[Topic]) -> Ending {
+    if ending.lost > 0 {
+        let lost = ending.lost;
+        let why = "the run publishes faster than this analyzer reads";
+        ending.warnings.push(format!("{lost} snapshots passed unseen: {why}"));
+    }
+    for (topic, (count, why)) in topics.iter().filter_map(|t| Some((t.kind.topic(), t.refused.as_ref()?))) {
+        ending.warnings.push(format!("{count} messages on {topic} were skipped: {why}"));
+    }
+    ending
 }
 
 impl Limits {
@@ -110,6 +123,10 @@ impl Limits {
 
 impl Topic {
     fn open(node: &Node<Service>, config: &Config, run: &str, kind: Kind) -> Result<Self, AnalyzeError> {
+        if let Some(free) = domain::free().filter(|free| *free < ROOM) {
+            let reason = format!("{free} bytes are free in {}, {ROOM} are needed", domain::MEMORY);
+            return Err(AnalyzeError::Ipc { what: "connect to a run: shared memory is full", reason });
+        }
         let name = domain::service(run, kind.topic()).map_err(|e| failed("name a service", &e))?;
         let service = node.service_builder(&name).publish_subscribe::<[Block]>().user_header::<Header>().open();
         let absent = || AnalyzeError::NoRun { run: run.into(), topic: kind.topic(), live: list(config, kind) };
@@ -125,16 +142,25 @@ impl Topic {
         let listener = events.listener_builder().create().map_err(|e| failed("open a listener", &e))?;
         let subscriber = service.subscriber_builder().history_request(1).create();
         let subscriber = subscriber.map_err(|e| failed("subscribe (do too many analyzers read this run?)", &e))?;
-        Ok(Self { service, subscriber, listener, expected: None })
+        Ok(Self { kind, service, subscriber, listener, expected: None, refused: None })
     }
 
     /// Takes what has arrived; says whether that was all that is wanted.
     fn drain(&mut self, limits: &Limits, ending: &mut Ending, visit: &mut Visit<'_>) -> Result<bool, AnalyzeError> {
         while let Some(sample) = self.subscriber.receive().map_err(|e| failed("receive a snapshot", &e))? {
-            let snapshot = Snapshot::parse(bytemuck::cast_slice(sample.payload()))?;
+            let parsed = Snapshot::parse(bytemuck::cast_slice(sample.payload()));
+            let snapshot = match parsed.and_then(|s| s.expect(self.kind).map(|()| s)) {
+                Ok(snapshot) => snapshot,
+                Err(why) => {
+                    let (count, first) = self.refused.take().unwrap_or((0, why));
+                    self.refused = Some((count + 1, first));
+                    continue;
+                }
+            };
             let seq = snapshot.header.seq;
-            ending.lost += self.expected.map_or(0, |expected| seq.saturating_sub(expected));
-            self.expected = Some(seq + 1);
+            let lost = self.expected.map_or(0, |expected| seq.saturating_sub(expected));
+            ending.lost = ending.lost.saturating_add(lost);
+            self.expected = Some(seq.saturating_add(1));
             ending.snapshots += 1;
             if visit(&snapshot)?.is_break() || limits.snapshots.is_some_and(|n| ending.snapshots >= n) {
                 return Ok(true);
@@ -150,6 +176,53 @@ fn failed(what: &'static str, reason: &dyn std::fmt::Debug) -> AnalyzeError {
 
 fn config() -> Result<Config, AnalyzeError> {
     domain::config().map_err(|e| failed("name the shared-memory domain", &e))
+}
+
+/// A run that is going on this machine.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Running {
+    /// Its name.
+    pub name: String,
+    /// Its topics, and how many subscribers each has.
+    pub topics: Vec<(Kind, usize)>,
+}
+
+/// The runs of this user that are going, by name.
+///
+/// # Errors
+/// If the shared-memory domain cannot be joined.
+pub fn running() -> Result<Vec<Running>, AnalyzeError> {
+    set_log_level(LogLevel::Error);
+    let config = config()?;
+    let node = NodeBuilder::new()
+        .config(&config)
+        .signal_handling_mode(SignalHandlingMode::Disabled)
+        .create::<Service>()
+        .map_err(|e| failed("join the shared-memory domain", &e))?;
+    // Runs that were killed are none.
+    node.try_cleanup_dead_nodes();
+    let mut runs: Vec<Running> = Vec::new();
+    for kind in Kind::ALL {
+        for name in list(&config, kind) {
+            let Ok(service) = domain::service(&name, kind.topic()) else { continue };
+            // A run may end between the listing and here.
+            let Ok(topic) =
+                node.service_builder(&service).publish_subscribe::<[Block]>().user_header::<Header>().open()
+            else {
+                continue;
+            };
+            if topic.dynamic_config().number_of_publishers() == 0 {
+                continue;
+            }
+            let entry = (kind, topic.dynamic_config().number_of_subscribers());
+            match runs.iter_mut().find(|r| r.name == name) {
+                Some(run) => run.topics.push(entry),
+                None => runs.push(Running { name, topics: vec![entry] }),
+            }
+        }
+    }
+    runs.sort_by(|a, b| a.name.cmp(&b.name));
+    Ok(runs)
 }
 
 /// Names of the runs of this user that publish `kind` now.

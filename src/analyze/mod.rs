@@ -3,13 +3,14 @@
 //! An [`Analyzer`] takes snapshots and ends with a [`Report`]; a [`Source`] is a recording or a live run.
 
 pub mod export;
+pub mod kinds;
 mod live;
 pub mod plot;
 mod recording;
 pub mod statistics;
 pub mod swim;
 
-pub use live::{Limits, Live, runs};
+pub use live::{Limits, Live, Running, running, runs};
 pub use recording::Recording;
 
 use crate::wire::{Kind, Snapshot, WireError};

@@ -37,7 +37,17 @@ impl Watch for Silent<'_> {
 
 fn output(record: &str, publish: &[&str]) -> Output {
     let publish = publish.iter().map(|s| (*s).to_owned()).collect();
-    Output { publish, record: vec![record.into()], csv: Vec::new(), every: EVERY, block: 2, fraction: 0.1 }
+    let on_slow = "drop".into();
+    Output {
+        publish,
+        record: vec![record.into()],
+        csv: Vec::new(),
+        every: EVERY,
+        block: 2,
+        fraction: 0.1,
+        on_slow,
+        slow_limit: 1.0,
+    }
 }
 
 /// Runs the plan with squirmers recorded, and with a tenth of the fluid published and recorded, each against runs without outputs.

@@ -13,10 +13,14 @@ mod bench;
 mod check;
 mod export;
 mod graph;
+mod ps;
 mod render;
 mod run;
 mod signals;
 mod stages;
+mod tap;
+mod top;
+mod watch;
 
 use clap::{CommandFactory, Parser, Subcommand};
 use squirm::config::{self, Failure, Loaded};
@@ -64,6 +68,12 @@ impl From<Form> for squirm::gpu::Form {
 enum Command {
     /// Run a pipeline file.
     Run(run::Args),
+    /// List the runs of yours that are going on this machine.
+    Ps(ps::Args),
+    /// Watch a run that is going: progress, speed, temperature, time of each stage.
+    Top(top::Args),
+    /// Print the snapshots of a run that is going.
+    Tap(tap::Args),
     /// Measure how fast cases and pipeline files run on an adapter.
     Bench(bench::Args),
     /// Check pipeline files without a GPU, and print what they mean.
@@ -117,6 +127,9 @@ struct Overrides {
 pub fn main() -> ExitCode {
     match Cli::parse().command {
         Command::Run(args) => run::run(&args),
+        Command::Ps(args) => ps::ps(&args),
+        Command::Top(args) => top::top(&args),
+        Command::Tap(args) => tap::tap(&args),
         Command::Bench(args) => bench::bench(&args),
         Command::Check { files, overrides } => check::check(&files, &overrides.set),
         Command::Graph { file, format, plan, overrides } => graph::graph(&file, format, plan, &overrides.set),
@@ -129,6 +142,30 @@ pub fn main() -> ExitCode {
             clap_complete::generate(shell, &mut Cli::command(), "squirm", &mut script);
             print(&String::from_utf8_lossy(&script))
         }
+    }
+}
+
+/// Lets warnings of the library reach standard error.
+fn tell_warnings() {
+    let filter = tracing_subscriber::EnvFilter::new("squirm=warn");
+    let format = tracing_subscriber::fmt().without_time().with_target(false).with_level(false).with_ansi(false);
+    // A reader of standard error that has gone must not end a run; and who has set warnings up before keeps them.
+    let _ = format.with_env_filter(filter).with_writer(|| Warnings).log_internal_errors(false).try_init();
+}
+
+/// Standard error, each of whose lines is a warning.
+struct Warnings;
+
+impl std::io::Write for Warnings {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        let mut out = std::io::stderr().lock();
+        out.write_all(b"warning: ")?;
+        out.write_all(bytes)?;
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        std::io::stderr().flush()
     }
 }
 

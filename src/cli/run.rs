@@ -40,6 +40,7 @@ pub fn run(args: &Args) -> ExitCode {
     };
     if !args.quiet {
         render::all(&loaded.warnings, &loaded.sources);
+        super::tell_warnings();
     }
     let out = args.out.clone().unwrap_or_else(|| free_directory(&loaded.plan.name));
     let options = Options {
@@ -115,6 +116,12 @@ impl Watch for Progress {
             let style = indicatif::ProgressStyle::with_template("{bar:40} {pos}/{len} steps, {per_sec}, {eta} left")
                 .unwrap_or_else(|_| indicatif::ProgressStyle::default_bar());
             self.bar = Some(indicatif::ProgressBar::new(steps).with_style(style));
+        }
+    }
+
+    fn live(&mut self, name: &str) {
+        if !self.quiet {
+            say!("watch it with: squirm top {name}");
         }
     }
 

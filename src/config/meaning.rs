@@ -9,7 +9,7 @@ use crate::math::transport::{Rule, Transport};
 use crate::params::Value;
 use crate::state::packed::bins;
 use crate::wire::Kind;
-use crate::wire::domain::SAMPLES;
+use crate::wire::domain::{SAMPLES, SAMPLES_WAITING};
 use std::fmt;
 
 /// Bytes of a message before its rows: header, column table, species table.
@@ -184,11 +184,13 @@ fn snapshots(plan: &Plan, particles: u64) -> Vec<(&'static str, u64)> {
 }
 
 fn shared(plan: &Plan, particles: u64) -> u64 {
-    let longest = |topic: &str| {
-        let publish = plan.outputs.iter().filter(|o| o.publish.iter().any(|t| t == topic));
-        publish.map(|o| message(plan, o, topic, particles)).max().unwrap_or(0)
+    let topic = |topic: &str| {
+        let publish = || plan.outputs.iter().filter(|o| o.publish.iter().any(|t| t == topic));
+        let longest = publish().map(|o| message(plan, o, topic, particles)).max().unwrap_or(0);
+        let samples = if publish().any(|o| o.on_slow != "drop") { SAMPLES_WAITING } else { SAMPLES };
+        longest * samples as u64
     };
-    Kind::ALL.iter().map(|kind| longest(kind.topic())).sum::<u64>() * SAMPLES as u64
+    if plan.system.run.live { Kind::ALL.iter().map(|kind| topic(kind.topic())).sum() } else { 0 }
 }
 
 #[allow(clippy::cast_precision_loss)]

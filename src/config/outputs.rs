@@ -16,6 +16,32 @@ pub fn check(outputs: &[Output], system: &System, root: &Node, found: &mut Vec<D
     }
     for (index, output) in outputs.iter().enumerate() {
         one(output, &index.to_string(), system, root, found);
+        slow(outputs, index, root, found);
+    }
+}
+
+/// What is said about slow readers: something must be published, and the same for a topic wherever it is published.
+fn slow(outputs: &[Output], index: usize, root: &Node, found: &mut Vec<Diagnostic>) {
+    let output = &outputs[index];
+    let number = index.to_string();
+    let place = root.place(&["output", &number, "on_slow"]);
+    if output.publish.is_empty() && output.on_slow != "drop" {
+        found.push(
+            Diagnostic::warning("`on_slow` is about readers of `publish`, but this output publishes nothing")
+                .at(place, "no effect")
+                .help("remove on_slow, or add publish"),
+        );
+    }
+    let same = |other: &Output| (&other.on_slow, other.slow_limit) == (&output.on_slow, output.slow_limit);
+    for (first, other) in outputs[..index].iter().enumerate().filter(|(_, other)| !same(other)) {
+        if let Some(topic) = output.publish.iter().find(|topic| other.publish.contains(topic)) {
+            found.push(
+                Diagnostic::error(format!("two outputs publish {topic}, but treat its slow readers differently"))
+                    .at(place, "one way here")
+                    .at(root.place(&["output", &first.to_string(), "on_slow"]), "another here")
+                    .help("give both the same on_slow and slow_limit"),
+            );
+        }
     }
 }
 

@@ -95,15 +95,16 @@ impl Reader {
                 let nodes = self.list(node, field, None)?;
                 all(nodes.iter().map(|n| self.word(n, field, words))).map(Value::Words)
             }
+            Kind::Texts => {
+                let nodes = self.list(node, field, None)?;
+                all(nodes.iter().map(|n| self.text(n, field))).map(Value::Words)
+            }
             Kind::Choice(words) => self.word(node, field, words).map(Value::Text),
             Kind::Boolean => match node.item {
                 Item::Boolean(b) => Some(Value::Boolean(b)),
                 _ => self.wrong_type(node, field),
             },
-            Kind::Text => match &node.item {
-                Item::Text(t) => Some(Value::Text(t.clone())),
-                _ => self.wrong_type(node, field),
-            },
+            Kind::Text => self.text(node, field).map(Value::Text),
             Kind::Table { fields } => self.table(node, &fields(), &format!("`{}`", field.name), &[]).map(Value::Table),
         }
     }
@@ -138,6 +139,13 @@ impl Reader {
                 self.diagnostics.push(diagnostic.help(format!("write {}", x as i64)));
                 None
             }
+            _ => self.wrong_type(node, field),
+        }
+    }
+
+    fn text(&mut self, node: &Node, field: &Field) -> Option<String> {
+        match &node.item {
+            Item::Text(text) => Some(text.clone()),
             _ => self.wrong_type(node, field),
         }
     }
@@ -208,6 +216,7 @@ fn noun(kind: Kind) -> String {
         Kind::Vector { len, .. } => format!("a list of {len} numbers"),
         Kind::Counts { len, .. } => format!("a list of {len} whole numbers"),
         Kind::Words(_) => "a list of words".into(),
+        Kind::Texts => "a list of texts in quotes".into(),
         Kind::Rows { len } => format!("a list of rows of {len} numbers"),
         Kind::Table { .. } => "a table".into(),
     }
@@ -241,6 +250,6 @@ pub fn range(field: &Field) -> String {
             let keys: Vec<&str> = fields().iter().map(|f| f.name).collect();
             format!("a table with {}", keys.join(", "))
         }
-        Kind::Boolean | Kind::Text | Kind::Rows { .. } => noun,
+        Kind::Boolean | Kind::Text | Kind::Texts | Kind::Rows { .. } => noun,
     }
 }

@@ -84,6 +84,7 @@ fn type_of(kind: Kind) -> Json {
         Kind::Choice(words) => json!({ "type": "string", "enum": words }),
         Kind::Vector { len, min, max } => exactly(len, number(min, max)),
         Kind::Counts { len, min, max } => exactly(len, whole(min, max)),
+        Kind::Texts => json!({ "type": "array", "items": { "type": "string" } }),
         Kind::Words(words) => json!({ "type": "array", "items": { "type": "string", "enum": words } }),
         Kind::Rows { len } => json!({ "type": "array", "items": exactly(len, json!({ "type": "number" })) }),
         Kind::Table { fields } => table(&fields(), None),

@@ -1,9 +1,11 @@
 //! The validated plan that configuration produces and the simulation executes.
 
+use crate::analyze::kinds::KINDS;
 use crate::params;
 use crate::params::Values;
 use crate::stages::Entry;
 use crate::state::System;
+use std::path::Path;
 
 params! {
     /// What leaves the run, and how often.
@@ -20,6 +22,51 @@ params! {
         pub block: u32 = 2u32; "a", Integer { min: 1, max: 64 };
         /// Share of the fluid particles taken, for `particles`.
         pub fraction: f64 = 0.1; "", Float { min: 0.0, max: 1.0 };
+        /// What happens when a reader of `publish` is slower than the run. drop: it loses snapshots, and sees that it did; block: the
+        /// run waits for it, up to `slow_limit`, then goes on without it until it has caught up; abort: after `slow_limit` the run ends.
+        pub on_slow: String = "drop"; "", Choice(&["drop", "block", "abort"]);
+        /// Longest time that the run waits for one reader.
+        pub slow_limit: f64 = 10.0; "s", Float { min: 0.1, max: 3600.0 };
+    }
+}
+
+/// Names of the analyzers that come with the program.
+const ANALYZERS: [&str; KINDS.len()] = {
+    let mut names = [""; KINDS.len()];
+    let mut i = 0;
+    while i < names.len() {
+        names[i] = KINDS[i].name;
+        i += 1;
+    }
+    names
+};
+
+params! {
+    /// A program that reads what the run publishes: started with the run, started again if it dies, ended with the run.
+    pub struct AnalyzerProgram {
+        /// An analyzer of squirm-analyze.
+        pub kind: Option<String>; "", Choice(&ANALYZERS);
+        /// Or a program of your own with its arguments. `{run}` in an argument becomes the name of the run, which is also in the
+        /// environment variable SQUIRM_RUN; SQUIRM_OUT has the folder that it should write into.
+        pub command: Option<Vec<String>>; "", Texts;
+        /// Folder for what it writes, inside the folder of the run; the kind or the program's name if left out.
+        pub out: Option<String>; "", Text;
+    }
+}
+
+impl AnalyzerProgram {
+    /// What to call it: its kind, or the name of its program.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        let program = self.command.iter().flatten().next().map_or("analyzer", String::as_str);
+        let program = Path::new(program).file_stem().and_then(|s| s.to_str()).unwrap_or(program);
+        self.kind.as_deref().unwrap_or(program)
+    }
+
+    /// Its folder inside the folder of the run.
+    #[must_use]
+    pub fn folder(&self) -> &str {
+        self.out.as_deref().unwrap_or_else(|| self.name())
     }
 }
 
@@ -43,6 +90,8 @@ pub struct Plan {
     pub stages: Vec<PlannedStage>,
     /// What leaves the run.
     pub outputs: Vec<Output>,
+    /// What is started with it.
+    pub analyzers: Vec<AnalyzerProgram>,
     /// The fully resolved pipeline file: every default written out; reads back as the same plan.
     pub resolved: String,
 }

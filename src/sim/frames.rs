@@ -129,11 +129,15 @@ impl Frame {
             out.push(&format!("wall_low_impulse_{name}"), "sqrt(m kT)", self.wall_impulses[0][axis]);
             out.push(&format!("wall_high_impulse_{name}"), "sqrt(m kT)", self.wall_impulses[1][axis]);
         }
-        #[allow(clippy::cast_precision_loss)]
-        let speed =
-            self.squirmers.iter().map(|s| s.velocity.dot(s.axis())).sum::<f64>() / self.squirmers.len().max(1) as f64;
-        out.push("swim_speed", "sqrt(kT/m)", speed);
+        out.push("swim_speed", "sqrt(kT/m)", self.swim_speed());
         out
+    }
+
+    /// Mean speed of the squirmers along their axes in sqrt(kT/m); 0 without squirmers.
+    #[must_use]
+    #[allow(clippy::cast_precision_loss)]
+    pub fn swim_speed(&self) -> f64 {
+        self.squirmers.iter().map(|s| s.velocity.dot(s.axis())).sum::<f64>() / self.squirmers.len().max(1) as f64
     }
 
     /// The `fields` message; the density is that of the part of a block that lies in the box.

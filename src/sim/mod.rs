@@ -1,7 +1,9 @@
 //! The step loop: steps are submitted ahead, snapshots leave on a thread of their own, and nothing in the loop waits for the host.
 
+mod analyzers;
 mod books;
 mod frames;
+mod live;
 mod outputs;
 mod summary;
 
@@ -13,7 +15,9 @@ use crate::gpu::{Form, Gpu, GpuError, Measurement, Reading, Session};
 use crate::graph::Plan;
 use crate::sink::SinkError;
 use crate::state::start::StartError;
+use analyzers::Analyzers;
 use frames::Frame;
+use live::Live;
 use outputs::Outputs;
 use std::collections::VecDeque;
 use std::path::PathBuf;
@@ -74,6 +78,8 @@ pub enum RunError {
 pub trait Watch {
     /// The run begins on this adapter.
     fn begin(&mut self, adapter: &str, steps: u64);
+    /// The name under which analyzers and `squirm top` find the run; not called for a run that cannot be watched.
+    fn live(&mut self, _name: &str) {}
     /// So many steps are done.
     fn progress(&mut self, done: u64);
     /// Whether the run is to end before its last step, with everything that it has written complete.
@@ -91,11 +97,18 @@ pub fn run(plan: &Plan, options: &Options, watch: &mut dyn Watch) -> Result<Summ
     let gpu = Gpu::open(options.adapter.as_deref())?;
     let state = crate::state::start::start(&plan.system)?;
     let session = Session::formed(&gpu, plan, &state, options.form)?;
-    let outputs = Outputs::open(plan, options, &session)?;
+    let run_id = outputs::identity(plan);
+    let live = Live::open(plan, options, &session, run_id)?;
+    let outputs = Outputs::open(plan, options, &session, run_id, &live)?;
     watch.begin(&session.adapter(), plan.system.run.steps);
-    let mut lap = Loop::new(plan, session, outputs)?;
-    lap.turn(watch)?;
-    lap.close(options)
+    live.name().into_iter().for_each(|name| watch.live(name));
+    let analyzers = Analyzers::start(&plan.analyzers, &options.out, live.name());
+    let mut lap = Loop::new(plan, session, outputs, &live)?;
+    let done = lap.turn(watch).and_then(|()| lap.close(options));
+    live.end(done.as_ref().err());
+    let complete = done.as_ref().is_ok_and(|summary| !summary.stopped);
+    analyzers.end(if complete { analyzers::PATIENCE } else { analyzers::HASTE });
+    done
 }
 
 /// Submissions that may wait for the GPU: enough that it never idles, few enough that the host stays near it.
@@ -117,13 +130,14 @@ struct Loop<'a> {
     speed: Speed,
     waiting: VecDeque<(Reading, bool)>,
     began: Instant,
+    live: &'a Live,
 }
 
 /// Every how manieth sample for the books includes the fluid.
 const FLUID: u64 = 10;
 
 impl<'a> Loop<'a> {
-    fn new(plan: &'a Plan, session: Session, outputs: Outputs) -> Result<Self, RunError> {
+    fn new(plan: &'a Plan, session: Session, outputs: Outputs, live: &'a Live) -> Result<Self, RunError> {
         let light = Measurement::new(&session, Wanted { totals: false, block: None, fraction: None })?;
         let full = Measurement::new(&session, Wanted { totals: true, block: None, fraction: None })?;
         let every = (plan.system.run.steps / 1000).clamp(10, 1000);
@@ -139,6 +153,7 @@ impl<'a> Loop<'a> {
             speed,
             waiting: VecDeque::new(),
             began: Instant::now(),
+            live,
         })
     }
 
@@ -164,9 +179,11 @@ impl<'a> Loop<'a> {
                     self.speed.add(&times);
                 }
                 batch = next_batch(batch, steps, before.elapsed());
-                watch.progress(self.session.step().saturating_sub(ahead.iter().map(|(_, n, _)| n).sum()));
+                let done = self.session.step().saturating_sub(ahead.iter().map(|(_, n, _)| n).sum());
+                watch.progress(done);
+                self.tell(done);
             }
-            self.collect(false)?;
+            self.collect(false, watch)?;
         }
         self.session.wait()?;
         let done = self.session.step();
@@ -177,7 +194,13 @@ impl<'a> Loop<'a> {
             }
         }
         watch.progress(done);
-        self.collect(true)
+        self.tell(done);
+        self.collect(true, watch)
+    }
+
+    #[allow(clippy::cast_precision_loss)]
+    fn tell(&self, done: u64) {
+        self.live.progress(done, done as f64 * self.plan.system.run.dt, &self.speed);
     }
 
     /// Takes what is due after `step` steps, for the books and for the outputs; the last sample is always a full one.
@@ -192,7 +215,7 @@ impl<'a> Loop<'a> {
     }
 
     /// Enters readings that have arrived into the books; with `all`, or if too many are under way, waits for them.
-    fn collect(&mut self, all: bool) -> Result<(), RunError> {
+    fn collect(&mut self, all: bool, watch: &dyn Watch) -> Result<(), RunError> {
         if all || self.waiting.len() > READINGS || self.outputs.crowded() {
             self.session.wait()?;
         }
@@ -202,8 +225,9 @@ impl<'a> Loop<'a> {
             let frame = Frame::new(&self.session, &reading, reading.take()?);
             faults(frame.step, frame.faults)?;
             self.books.enter(&frame, fluid);
+            self.live.frame(&frame, fluid);
         }
-        self.outputs.hand_over(&self.session)
+        self.outputs.hand_over(&self.session, &|| watch.stop())
     }
 
     fn close(self, options: &Options) -> Result<Summary, RunError> {

@@ -1,16 +1,18 @@
 //! The outputs of a run: which snapshots are due, and handing them to the writer thread as they arrive from the GPU.
 
 use super::frames::Frame;
+use super::live::Live;
 use super::{Options, RunError};
 use crate::gpu::measure::Wanted;
 use crate::gpu::{Measurement, Reading, Session};
 use crate::graph::{Output, Plan};
-use crate::sink::{Job, Outlets, Summary, Targets, Writer};
+use crate::sink::{Job, Offer, OnSlow, Outlets, Summary, Targets, Writer};
 use crate::sink::{Provenance, Publisher, Recorder, Tables};
 use crate::state::System;
 use crate::wire::{Kind, Stamp};
 use std::collections::VecDeque;
 use std::path::Path;
+use std::time::Duration;
 
 /// Messages that may wait for the disk before the run waits for it.
 const DEPTH: usize = 8;
@@ -36,6 +38,16 @@ fn targets(output: &Output, kind: Kind) -> Targets {
     Targets { publish: has(&output.publish), record: has(&output.record), csv: has(&output.csv) }
 }
 
+/// What the output says about slow readers.
+fn on_slow(output: &Output) -> OnSlow {
+    let limit = Duration::from_secs_f64(output.slow_limit);
+    match output.on_slow.as_str() {
+        "block" => OnSlow::Block(limit),
+        "abort" => OnSlow::Abort(limit),
+        _ => OnSlow::Drop,
+    }
+}
+
 impl Due {
     fn new(output: &Output, session: &Session) -> Result<Self, RunError> {
         let kinds: Vec<(Kind, Targets)> =
@@ -58,12 +70,13 @@ impl Due {
             Kind::Particles => {
                 frame.particles_message(system, self.output.fraction, m.samples, population).encode(stamp)
             }
+            Kind::Status => unreachable!("no output can ask for the status"),
         }
     }
 }
 
 /// Identity of a run: a hash of what it is, when it began and which process it is.
-fn identity(plan: &Plan) -> [u8; 16] {
+pub fn identity(plan: &Plan) -> [u8; 16] {
     let mut hasher = blake3::Hasher::new();
     hasher.update(plan.resolved.as_bytes());
     let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap_or_default();
@@ -100,16 +113,22 @@ impl Outputs {
     ///
     /// # Errors
     /// If another run publishes under this name, shared memory is too small, or the directory holds a run or cannot be written.
-    pub fn open(plan: &Plan, options: &Options, session: &Session) -> Result<Self, RunError> {
+    pub fn open(
+        plan: &Plan,
+        options: &Options,
+        session: &Session,
+        run_id: [u8; 16],
+        live: &Live,
+    ) -> Result<Self, RunError> {
         let dir = &options.out;
         let due = plan.outputs.iter().map(|o| Due::new(o, session)).collect::<Result<Vec<_>, _>>()?;
-        let run_id = identity(plan);
         let mut outputs = Self { due, waiting: VecDeque::new(), writer: None, run_id };
         let any = |pick: fn(&Targets) -> bool| outputs.due.iter().any(|d| d.kinds.iter().any(|(_, t)| pick(t)));
         let mut outlets = Outlets::default();
-        if any(|t| t.publish) {
-            let lengths = outputs.lengths(session)?;
-            outlets.publisher = Some(Publisher::open(&plan.name, &lengths)?);
+        if let Some(name) = live.name().filter(|_| any(|t| t.publish)) {
+            let publisher = Publisher::offer(name, &outputs.offers(session)?)?;
+            live.count(publisher.counters());
+            outlets.publisher = Some(publisher);
         }
         check_directory(dir)?;
         std::fs::create_dir_all(dir).map_err(file("create", dir))?;
@@ -133,22 +152,22 @@ impl Outputs {
     }
 
     /// Length of the messages of every published kind: they do not change during a run, so one reading tells.
-    fn lengths(&self, session: &Session) -> Result<Vec<(Kind, usize)>, RunError> {
-        let mut lengths: Vec<(Kind, usize)> = Vec::new();
+    fn offers(&self, session: &Session) -> Result<Vec<Offer>, RunError> {
+        let mut offers: Vec<Offer> = Vec::new();
         for due in &self.due {
             let reading = due.measurement.take(session);
             session.wait()?;
             let frame = Frame::new(session, &reading, reading.take()?);
             for (kind, _) in due.kinds.iter().filter(|(_, t)| t.publish) {
                 let stamp = self.stamp(session.system(), &frame, due);
-                let length = due.encode(*kind, &frame, session.system(), session.particles(), &stamp).len();
-                match lengths.iter_mut().find(|(k, _)| k == kind) {
-                    Some((_, longest)) => *longest = length.max(*longest),
-                    None => lengths.push((*kind, length)),
+                let max = due.encode(*kind, &frame, session.system(), session.particles(), &stamp).len();
+                match offers.iter_mut().find(|o| o.kind == *kind) {
+                    Some(offer) => offer.max = max.max(offer.max),
+                    None => offers.push(Offer { kind: *kind, max, on_slow: on_slow(&due.output) }),
                 }
             }
         }
-        Ok(lengths)
+        Ok(offers)
     }
 
     fn stamp(&self, system: &System, frame: &Frame, due: &Due) -> Stamp {
@@ -188,11 +207,11 @@ impl Outputs {
         self.waiting.len() > DEPTH
     }
 
-    /// Hands what has arrived to the writer thread.
+    /// Hands what has arrived to the writer thread; once `stop` is true nothing waits for slow readers.
     ///
     /// # Errors
     /// If a snapshot was lost or the writer had to stop.
-    pub fn hand_over(&mut self, session: &Session) -> Result<(), RunError> {
+    pub fn hand_over(&mut self, session: &Session, stop: &dyn Fn() -> bool) -> Result<(), RunError> {
         while self.waiting.front().is_some_and(|(_, _, r)| r.settled()) {
             let (index, _, reading) = self.waiting.pop_front().expect("not empty");
             let frame = Frame::new(session, &reading, reading.take()?);
@@ -202,7 +221,7 @@ impl Outputs {
             for (kind, targets) in &due.kinds {
                 let bytes = due.encode(*kind, &frame, session.system(), session.particles(), &stamp);
                 if let Some(writer) = &mut self.writer {
-                    writer.send(Job::Snapshot(bytes, *targets))?;
+                    writer.send_until(Job::Snapshot(bytes, *targets), stop)?;
                 }
             }
             self.due[index].sequence += 1;

@@ -3,7 +3,10 @@
 //! All of them take the same encoded messages; [`Outlets`] hands one message to those that asked for it, and
 //! [`Writer`] does so on a thread of its own.
 
+mod beacon;
+mod memory;
 mod outlets;
+mod patience;
 mod publisher;
 mod recorder;
 mod scene;
@@ -11,8 +14,10 @@ mod slice;
 mod tables;
 mod track;
 
+pub use beacon::{Beacon, Now};
 pub use outlets::{Job, Outlets, Summary, Targets, Writer};
-pub use publisher::Publisher;
+pub use patience::OnSlow;
+pub use publisher::{Counters, Offer, Publisher};
 pub use recorder::{FileInfo, Provenance, Recorder};
 pub use tables::Tables;
 
@@ -50,7 +55,7 @@ pub enum SinkError {
     /// Shared memory is too small; writing to it would kill the process.
     #[error(
         "shared memory is too small: publishing {} needs {need} bytes in {}, {free} are free; \
-         enlarge it (docker run --shm-size), publish a smaller fraction, or publish less",
+         enlarge it (docker run --shm-size), publish a smaller fraction, publish less, or write live = false under [run]",
         topics.join(", "),
         path.display()
     )]
@@ -63,6 +68,17 @@ pub enum SinkError {
         need: u64,
         /// Bytes free.
         free: u64,
+    },
+    /// A reader was slower than an output with `on_slow = "abort"` allows.
+    #[error(
+        "a reader of {topic} took no snapshot for {} s, and its output says on_slow = \"abort\"; what was recorded is complete",
+        limit.as_secs_f64()
+    )]
+    SlowReader {
+        /// Topic.
+        topic: &'static str,
+        /// How long the run waited.
+        limit: std::time::Duration,
     },
     /// Another process publishes under this name.
     #[error("a run named `{0}` is already publishing: give one of the two another name")]

@@ -1,12 +1,14 @@
 //! Handing each snapshot to those that asked for it, on a thread of its own, so that the step loop never waits for a disk.
 
 use super::{FileInfo, Publisher, Recorder, SinkError, Tables};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
 use std::thread::JoinHandle;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
-/// How long an idle thread lets newcomers wait for the newest snapshot.
+/// How long newcomers wait for the newest snapshot while no job takes longer.
 const WELCOME: Duration = Duration::from_millis(200);
+/// Time between two attempts to hand a job over.
+const NAP: Duration = Duration::from_millis(1);
 
 /// Who gets a snapshot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -37,7 +39,7 @@ pub struct Summary {
     pub files: Vec<FileInfo>,
     /// Snapshots handed over.
     pub snapshots: u64,
-    /// Snapshots that could not be published.
+    /// Snapshots that could not be published, or that a reader missed although the run waited for it.
     pub dropped: u64,
 }
 
@@ -95,6 +97,7 @@ pub enum Job {
 pub struct Writer {
     jobs: Option<SyncSender<Job>>,
     thread: Option<JoinHandle<Result<Summary, SinkError>>>,
+    hurry: Option<Box<dyn Fn() + Send + Sync>>,
 }
 
 impl Writer {
@@ -104,8 +107,9 @@ impl Writer {
     /// If the system has no thread left.
     pub fn spawn(outlets: Outlets, depth: usize) -> std::io::Result<Self> {
         let (jobs, queue) = sync_channel(depth);
+        let hurry = outlets.publisher.as_ref().map(Publisher::hurrier);
         let thread = std::thread::Builder::new().name("snapshots".into()).spawn(move || work(outlets, &queue))?;
-        Ok(Self { jobs: Some(jobs), thread: Some(thread) })
+        Ok(Self { jobs: Some(jobs), thread: Some(thread), hurry })
     }
 
     /// Hands over one job; waits only while `depth` others are waiting.
@@ -117,6 +121,25 @@ impl Writer {
             Some(Ok(())) => Ok(()),
             // The thread has gone, and says why.
             _ => Err(self.join().err().unwrap_or(SinkError::Ended)),
+        }
+    }
+
+    /// As [`Writer::send`], but once `stop` is true no job waits for slow readers any more.
+    ///
+    /// # Errors
+    /// What an earlier job failed with; the outlets are closed then.
+    pub fn send_until(&mut self, mut job: Job, stop: &dyn Fn() -> bool) -> Result<(), SinkError> {
+        loop {
+            if stop() {
+                self.hurry.iter().for_each(|hurry| hurry());
+                return self.send(job);
+            }
+            match self.jobs.as_ref().map(|jobs| jobs.try_send(job)) {
+                Some(Ok(())) => return Ok(()),
+                Some(Err(TrySendError::Full(returned))) => job = returned,
+                _ => return Err(self.join().err().unwrap_or(SinkError::Ended)),
+            }
+            std::thread::sleep(NAP);
         }
     }
 
@@ -163,13 +186,15 @@ impl Drop for Writer {
 fn work(mut outlets: Outlets, queue: &Receiver<Job>) -> Result<Summary, SinkError> {
     let mut snapshots = 0;
     let mut failure = None;
+    let mut welcomed = Instant::now();
     loop {
+        if welcomed.elapsed() >= WELCOME {
+            welcomed = Instant::now();
+            outlets.publisher.iter_mut().for_each(Publisher::welcome);
+        }
         let done = match queue.recv_timeout(WELCOME) {
             Err(RecvTimeoutError::Disconnected) => break,
-            Err(RecvTimeoutError::Timeout) => {
-                outlets.publisher.iter().for_each(Publisher::welcome);
-                Ok(())
-            }
+            Err(RecvTimeoutError::Timeout) => Ok(()),
             Ok(Job::Snapshot(bytes, targets)) => outlets.deliver(&bytes, targets).map(|()| snapshots += 1),
             Ok(Job::Encode(encode, targets)) => outlets.deliver(&encode(), targets).map(|()| snapshots += 1),
             Ok(Job::Sync(answer)) => outlets.sync().map(|()| {

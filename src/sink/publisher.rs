@@ -1,45 +1,108 @@
-//! Publishing snapshots through shared memory: a slow, stopped or killed reader never holds the run up.
+//! Publishing snapshots through shared memory: a slow, stopped or killed reader never holds the run up longer than its output allows.
 
 use super::SinkError;
+use super::memory;
+use super::patience::{OnSlow, Patience};
 use crate::wire::domain::{self, Block};
 use crate::wire::{Header, Kind};
+use iceoryx2::port::backpressure_strategy::BackpressureStrategy;
 use iceoryx2::port::notifier::Notifier;
-use iceoryx2::port::publisher::Publisher as Port;
+use iceoryx2::port::publisher::{Publisher as Port, PublisherCreateError};
 use iceoryx2::port::update_connections::UpdateConnections;
 use iceoryx2::prelude::{
-    AllocationStrategy, EventId, LogLevel, Node, NodeBuilder, SignalHandlingMode, ipc_threadsafe, set_log_level,
+    AllocationStrategy, CallbackProgression, EventId, LogLevel, Node, NodeBuilder, PortFactory as _,
+    SignalHandlingMode, ipc_threadsafe, set_log_level,
 };
 use iceoryx2::service::builder::publish_subscribe::PublishSubscribeOpenOrCreateError;
-use std::path::{Path, PathBuf};
+use iceoryx2::service::port_factory::publish_subscribe::PortFactory as Factory;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 type Service = ipc_threadsafe::Service;
 
-/// Bytes that a topic needs besides its samples: queues, connections, events, and the rest of the last page.
-const MANAGEMENT: u64 = 1 << 18;
+/// A topic to publish.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Offer {
+    /// What its messages hold.
+    pub kind: Kind,
+    /// Length of the longest message in bytes.
+    pub max: usize,
+    /// What becomes of a message that a reader has no room for.
+    pub on_slow: OnSlow,
+}
+
+impl Offer {
+    /// Samples for which memory is set aside.
+    #[must_use]
+    pub fn samples(&self) -> usize {
+        match (self.kind, self.on_slow) {
+            (Kind::Status, _) => domain::SAMPLES_STATUS,
+            (_, OnSlow::Drop) => domain::SAMPLES,
+            _ => domain::SAMPLES_WAITING,
+        }
+    }
+
+    fn subscribers(&self) -> usize {
+        if self.kind == Kind::Status { domain::MAX_WATCHERS } else { domain::MAX_SUBSCRIBERS }
+    }
+}
+
+/// What became of messages so far; may be read from another thread.
+#[derive(Debug, Default)]
+pub struct Counters {
+    published: AtomicU64,
+    dropped: AtomicU64,
+}
+
+impl Counters {
+    /// Messages published.
+    #[must_use]
+    pub fn published(&self) -> u64 {
+        self.published.load(Ordering::Relaxed)
+    }
+
+    /// Messages that could not be published, or that a reader missed although the run waited for it.
+    #[must_use]
+    pub fn dropped(&self) -> u64 {
+        self.dropped.load(Ordering::Relaxed)
+    }
+}
 
 /// Publishes the topics of one run; may move to another thread.
 pub struct Publisher {
     topics: Vec<Topic>,
-    dropped: u64,
+    counters: Arc<Counters>,
+    starved: bool,
     // Declared last: ports close before the node that owns them.
-    _node: Node<Service>,
+    node: Node<Service>,
 }
 
 struct Topic {
-    kind: Kind,
-    max: usize,
+    offer: Offer,
+    // Closes before the service whose readers it serves.
     port: Port<Service, [Block], Header>,
     notifier: Notifier<Service>,
+    service: Factory<Service, [Block], Header>,
+    patience: Option<Arc<Patience>>,
 }
 
 impl Publisher {
-    /// Opens one service per topic, each for messages up to the given length.
+    /// Opens one service per topic, each for messages up to the given length, and never waits for a reader.
+    ///
+    /// # Errors
+    /// As for [`Publisher::offer`].
+    pub fn open(run: &str, topics: &[(Kind, usize)]) -> Result<Self, SinkError> {
+        let offer = |(kind, max): &(Kind, usize)| Offer { kind: *kind, max: *max, on_slow: OnSlow::Drop };
+        Self::offer(run, &topics.iter().map(offer).collect::<Vec<_>>())
+    }
+
+    /// Opens one service per topic.
     ///
     /// # Errors
     /// If shared memory is too small, the name is taken, or iceoryx2 refuses.
-    pub fn open(run: &str, topics: &[(Kind, usize)]) -> Result<Self, SinkError> {
+    pub fn offer(run: &str, offers: &[Offer]) -> Result<Self, SinkError> {
         set_log_level(LogLevel::Error);
-        check_space(topics)?;
+        memory::check_space(offers)?;
         let failed = |what, reason: String| SinkError::Ipc { what, name: run.into(), reason };
         let config = domain::config().map_err(|e| failed("name the shared-memory domain", format!("{e:?}")))?;
         let node = NodeBuilder::new()
@@ -47,75 +110,136 @@ impl Publisher {
             .signal_handling_mode(SignalHandlingMode::Disabled)
             .create::<Service>()
             .map_err(|e| {
-                failed("join the shared-memory domain", format!("{e:?}; who owns {}?", config.global.root_path()))
+                failed(
+                    "join the shared-memory domain",
+                    format!("{e:?}; {} and {} must be yours to write", config.global.root_path(), domain::MEMORY),
+                )
             })?;
         // What killed runs left behind would otherwise count against the limits below.
         node.try_cleanup_dead_nodes();
-        let topics = topics.iter().map(|(kind, max)| Topic::open(&node, run, *kind, *max)).collect::<Result<_, _>>()?;
-        Ok(Self { topics, dropped: 0, _node: node })
+        let topics = offers.iter().map(|offer| Topic::open(&node, run, offer)).collect::<Result<_, _>>()?;
+        Ok(Self { topics, counters: Arc::default(), starved: false, node })
     }
 
-    /// Publishes one message; returns how many subscribers it reached. A message that
-    /// cannot be delivered is dropped and counted.
+    /// Publishes one message; returns how many subscribers it reached. A message that cannot be delivered is dropped and counted.
     ///
     /// # Errors
-    /// If the bytes are no snapshot, the topic was not opened, or the message is longer than announced.
+    /// If the bytes are no snapshot, the topic was not opened, the message is longer than announced, or a reader was slower than
+    /// [`OnSlow::Abort`] allows.
     pub fn publish(&mut self, bytes: &[u8]) -> Result<usize, SinkError> {
         let header = crate::wire::Snapshot::parse(bytes)?.header;
         let kind = header.kind()?;
-        let topic = self.topics.iter().find(|t| t.kind == kind).ok_or(SinkError::NotOpen(kind.topic()))?;
-        if bytes.len() > topic.max {
-            return Err(SinkError::TooLong { topic: kind.topic(), bytes: bytes.len(), max: topic.max });
+        let index = self.topics.iter().position(|t| t.offer.kind == kind).ok_or(SinkError::NotOpen(kind.topic()))?;
+        let max = self.topics[index].offer.max;
+        if bytes.len() > max {
+            return Err(SinkError::TooLong { topic: kind.topic(), bytes: bytes.len(), max });
         }
+        if self.is_starved() {
+            self.counters.dropped.fetch_add(1, Ordering::Relaxed);
+            return Ok(0);
+        }
+        let topic = &self.topics[index];
         // Messages are a multiple of a block long.
         let blocks = bytes.as_chunks::<16>().0;
         let Ok(mut sample) = topic.port.loan_slice_uninit(blocks.len()) else {
-            self.dropped += 1;
+            self.counters.dropped.fetch_add(1, Ordering::Relaxed);
             return Ok(0);
         };
         *sample.user_header_mut() = header;
+        topic.announce();
         // A run must not end because of those who watch it.
         let reached = sample.write_from_fn(|i| Block(blocks[i])).send().unwrap_or_else(|e| {
             tracing::warn!(topic = kind.topic(), reason = ?e, "a snapshot was not published");
-            self.dropped += 1;
+            self.counters.dropped.fetch_add(1, Ordering::Relaxed);
             0
         });
+        self.counters.published.fetch_add(1, Ordering::Relaxed);
         if let Err(e) = topic.notifier.notify() {
             tracing::warn!(topic = kind.topic(), reason = ?e, "subscribers were not woken; they look by themselves later");
         }
+        self.judge(index)?;
         Ok(reached)
     }
 
+    /// Draws the consequences of what the last message had to wait for.
+    fn judge(&self, index: usize) -> Result<(), SinkError> {
+        let Topic { offer, patience: Some(patience), .. } = &self.topics[index] else { return Ok(()) };
+        let verdict = patience.end();
+        self.counters.dropped.fetch_add(verdict.missed as u64, Ordering::Relaxed);
+        if verdict.dead {
+            self.node.try_cleanup_dead_nodes();
+        }
+        let (topic, limit) = (offer.kind.topic(), offer.on_slow.limit().unwrap_or_default());
+        if verdict.late == 0 {
+            return Ok(());
+        }
+        if matches!(offer.on_slow, OnSlow::Abort(_)) {
+            return Err(SinkError::SlowReader { topic, limit });
+        }
+        tracing::warn!(
+            "a reader of {topic} took no snapshot for {} s: the run goes on without it until it has caught up",
+            limit.as_secs_f64()
+        );
+        Ok(())
+    }
+
     /// Gives subscribers that came since the last message the newest one now; otherwise they get it with the next.
-    pub fn welcome(&self) {
+    pub fn welcome(&mut self) {
+        if self.is_starved() {
+            return;
+        }
         for topic in &self.topics {
             if let Err(e) = topic.port.update_connections() {
-                tracing::warn!(topic = topic.kind.topic(), reason = ?e, "new subscribers wait for the next snapshot");
+                tracing::warn!(topic = topic.offer.kind.topic(), reason = ?e, "new subscribers wait for the next snapshot");
             }
         }
+    }
+
+    /// Whether shared memory is so full that connecting to a new reader could kill the run.
+    fn is_starved(&mut self) -> bool {
+        let starved = !memory::room();
+        if starved && !self.starved {
+            tracing::warn!("shared memory ({}) is full: nothing is published until there is room", domain::MEMORY);
+        }
+        self.starved = starved;
+        starved
+    }
+
+    /// Ends every wait for a reader, also one that is going on, from now on.
+    #[must_use]
+    pub fn hurrier(&self) -> Box<dyn Fn() + Send + Sync> {
+        let all: Vec<Arc<Patience>> = self.topics.iter().filter_map(|t| t.patience.clone()).collect();
+        Box::new(move || all.iter().for_each(|p| p.hurry.store(true, Ordering::Relaxed)))
+    }
+
+    /// What became of the messages, for those who want to look while the publisher works elsewhere.
+    #[must_use]
+    pub fn counters(&self) -> Arc<Counters> {
+        self.counters.clone()
     }
 
     /// Messages dropped so far.
     #[must_use]
     pub fn dropped(&self) -> u64 {
-        self.dropped
+        self.counters.dropped()
     }
 }
 
 impl Topic {
-    fn open(node: &Node<Service>, run: &str, kind: Kind, max: usize) -> Result<Self, SinkError> {
-        let failed = |what, reason: String| SinkError::Ipc { what, name: format!("{run}/{}", kind.topic()), reason };
-        let name = domain::service(run, kind.topic()).map_err(|e| failed("name a service", format!("{e:?}")))?;
+    fn open(node: &Node<Service>, run: &str, offer: &Offer) -> Result<Self, SinkError> {
+        let topic = offer.kind.topic();
+        let failed = |what, reason: String| SinkError::Ipc { what, name: format!("{run}/{topic}"), reason };
+        let name = domain::service(run, topic).map_err(|e| failed("name a service", format!("{e:?}")))?;
         let service = node
             .service_builder(&name)
             .publish_subscribe::<[Block]>()
             .user_header::<Header>()
             .max_publishers(1)
-            .max_subscribers(domain::MAX_SUBSCRIBERS)
+            .max_subscribers(offer.subscribers())
             .history_size(1)
             .subscriber_max_buffer_size(domain::BUFFER)
             .subscriber_max_borrowed_samples(domain::MAX_BORROWED)
-            .enable_safe_overflow(true)
+            .enable_safe_overflow(offer.on_slow == OnSlow::Drop)
             .open_or_create()
             .map_err(|e| match e {
                 // Left open by subscribers of an earlier run with other limits.
@@ -136,65 +260,43 @@ impl Topic {
             .default_event_id(EventId::new(domain::EVENT_SENT))
             .create()
             .map_err(|e| failed("open a notifier", format!("{e:?}")))?;
-        let port = service
+        let patience = offer.on_slow.limit().map(|limit| Arc::new(Patience::new(limit)));
+        let samples = offer.samples();
+        let builder = service
             .publisher_builder()
-            .initial_max_slice_len(max.div_ceil(size_of::<Block>()))
+            .initial_max_slice_len(offer.max.div_ceil(size_of::<Block>()))
             .allocation_strategy(AllocationStrategy::Static)
-            // All of them once, to touch them; then one at a time.
-            .max_loaned_samples(domain::SAMPLES)
-            .override_sample_preallocation(|worst| worst.min(domain::SAMPLES))
-            .create()
-            .map_err(|e| match e {
-                iceoryx2::port::publisher::PublisherCreateError::ExceedsMaxSupportedPublishers => {
-                    SinkError::Taken(run.into())
-                }
-                e => failed("open a publisher", format!("{e:?}")),
-            })?;
-        touch(&port, max).map_err(|e| failed("set memory aside", e))?;
-        Ok(Self { kind, max, port, notifier })
+            // All of them once, to set them aside; then one at a time.
+            .max_loaned_samples(samples)
+            .override_sample_preallocation(move |worst| worst.min(samples))
+            .backpressure_strategy(BackpressureStrategy::DiscardData);
+        let builder = match patience.clone() {
+            Some(patience) => builder.set_backpressure_handler(move |i| patience.ask(i)),
+            None => builder,
+        };
+        let port = builder.create().map_err(|e| match e {
+            PublisherCreateError::ExceedsMaxSupportedPublishers => SinkError::Taken(run.into()),
+            e => failed("open a publisher", format!("{e:?}")),
+        })?;
+        let mut held = Vec::with_capacity(samples);
+        for _ in 0..samples {
+            let sample = port.loan_slice_uninit(offer.max.div_ceil(size_of::<Block>()));
+            let mut sample = sample.map_err(|e| failed("set memory aside", format!("{e:?}")))?;
+            memory::set_aside(offer, sample.payload_mut())?;
+            held.push(sample);
+        }
+        drop(held);
+        Ok(Self { offer: *offer, port, notifier, service, patience })
     }
-}
 
-/// Writes to every sample, so that the system sets its memory aside now, while [`check_space`] has just found it free: a page
-/// that first turns out to be missing at hour nine would kill the run.
-fn touch(port: &Port<Service, [Block], Header>, max: usize) -> Result<(), String> {
-    let mut held = Vec::with_capacity(domain::SAMPLES);
-    for _ in 0..domain::SAMPLES {
-        let sample = port.loan_slice_uninit(max.div_ceil(size_of::<Block>())).map_err(|e| format!("{e:?}"))?;
-        held.push(sample.write_from_fn(|_| Block([0; 16])));
+    /// Tells the one who may have to wait who the readers are.
+    fn announce(&self) {
+        let Some(patience) = &self.patience else { return };
+        let mut readers = Vec::new();
+        self.service.dynamic_config().list_subscribers(|reader| {
+            readers.push((reader.subscriber_id.value(), reader.node_id.value()));
+            CallbackProgression::Continue
+        });
+        patience.begin(readers);
     }
-    Ok(())
-}
-
-/// Memory is only set aside when it is first written to, and a write that finds none kills the process: see [`touch`].
-fn check_space(topics: &[(Kind, usize)]) -> Result<(), SinkError> {
-    let path = Path::new("/dev/shm");
-    let Some(free) = free(path) else { return Ok(()) };
-    let need = |max: usize| (max as u64).saturating_mul(domain::SAMPLES as u64).saturating_add(MANAGEMENT);
-    let need = topics.iter().map(|(_, max)| need(*max)).fold(0, u64::saturating_add);
-    if need <= free {
-        return Ok(());
-    }
-    let topics = topics.iter().map(|(kind, _)| kind.topic().to_owned()).collect();
-    Err(SinkError::SharedMemory { path: PathBuf::from(path), topics, need, free })
-}
-
-/// Bytes free at `path`; `None` where the system keeps shared memory elsewhere.
-#[cfg(unix)]
-fn free(path: &Path) -> Option<u64> {
-    use std::os::unix::ffi::OsStrExt;
-    let path = std::ffi::CString::new(path.as_os_str().as_bytes()).ok()?;
-    // SAFETY: `path` ends with a zero byte, and `stat` is a plain structure that statvfs fills.
-    #[allow(unsafe_code)]
-    let (status, stat) = unsafe {
-        let mut stat: libc::statvfs = std::mem::zeroed();
-        (libc::statvfs(path.as_ptr(), &raw mut stat), stat)
-    };
-    #[allow(clippy::unnecessary_cast)]
-    (status == 0).then(|| (stat.f_bavail as u64).saturating_mul(stat.f_frsize as u64))
-}
-
-#[cfg(not(unix))]
-fn free(_path: &Path) -> Option<u64> {
-    None
 }

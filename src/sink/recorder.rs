@@ -123,6 +123,7 @@ impl Recorder {
                 track.view("/fluid/slab", &slice::slab(header, &fields), when)?;
                 track
             }
+            Kind::Status => return Ok(()),
         };
         track.flush()
     }

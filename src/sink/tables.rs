@@ -59,7 +59,7 @@ impl Tables {
                 }
                 table.flush()
             }
-            Kind::Fields | Kind::Particles => Ok(()),
+            Kind::Fields | Kind::Particles | Kind::Status => Ok(()),
         }
     }
 }

@@ -246,7 +246,7 @@ mod tests {
     fn system(walled: bool, species: Vec<Species>) -> System {
         let walls = walled.then(|| Walls::from_values(&Values::defaults(&Walls::fields())));
         System {
-            run: Run { seed: 3, steps: 1, dt: 0.02 },
+            run: Run { seed: 3, steps: 1, dt: 0.02, live: true },
             domain: Domain { size: [24, 16, 24], walls },
             fluid: Fluid { density: 2.0, temperature: 4.0, acceleration: [0.0; 3] },
             species,

@@ -14,6 +14,8 @@ params! {
         pub steps: u64; "steps", Integer { min: 0, max: i64::MAX };
         /// Collision time step h: the time between two collisions.
         pub dt: f64; "tau", Float { min: 1e-6, max: 10.0 };
+        /// Whether the run can be watched while it goes. With false nothing goes to shared memory, whatever outputs say.
+        pub live: bool = true; "", Boolean;
     }
 }
 

@@ -34,8 +34,10 @@ pub const EVENT_CLOSED: usize = 2;
 /// Event id that tells subscribers that the publisher was killed.
 pub const EVENT_DIED: usize = 3;
 
-/// Subscribers that one topic can have at a time.
+/// Subscribers that one topic can have at a time; the status has [`MAX_WATCHERS`].
 pub const MAX_SUBSCRIBERS: usize = 4;
+/// Subscribers that the status of a run can have at a time: people look at it from several terminals.
+pub const MAX_WATCHERS: usize = 16;
 /// Samples that one subscriber may hold at a time.
 pub const MAX_BORROWED: usize = 2;
 /// Snapshots that wait for a subscriber; the oldest gives way.
@@ -43,6 +45,12 @@ pub const BUFFER: usize = 2;
 /// Samples for which memory is set aside: what the subscribers hold, the newest that wait (the same ones for all,
 /// the history among them), and the one being written.
 pub const SAMPLES: usize = MAX_SUBSCRIBERS * MAX_BORROWED + BUFFER + 2;
+/// The same where a run waits for slow subscribers: those that wait may then be others for each of them.
+pub const SAMPLES_WAITING: usize = MAX_SUBSCRIBERS * (MAX_BORROWED + BUFFER) + 2;
+/// The same for the status.
+pub const SAMPLES_STATUS: usize = MAX_WATCHERS * MAX_BORROWED + BUFFER + 2;
+/// Where shared memory lives on Linux.
+pub const MEMORY: &str = "/dev/shm";
 
 /// The shared-memory domain of the current user. It is built here, since a configuration file that happens to lie in
 /// the working directory would otherwise redirect it, and since the default domain belongs to whoever came first.
@@ -70,6 +78,28 @@ pub fn service(run: &str, topic: &str) -> Result<ServiceName, ServiceNameError> 
 #[must_use]
 pub fn run_of<'a>(service: &'a str, topic: &str) -> Option<&'a str> {
     service.strip_prefix("squirm/")?.strip_suffix(topic)?.strip_suffix('/')
+}
+
+/// Bytes of shared memory that are free; `None` where the system keeps it elsewhere.
+#[cfg(unix)]
+#[must_use]
+pub fn free() -> Option<u64> {
+    let path = std::ffi::CString::new(MEMORY).ok()?;
+    // SAFETY: `path` ends with a zero byte, and `stat` is a plain structure that statvfs fills.
+    #[allow(unsafe_code)]
+    let (status, stat) = unsafe {
+        let mut stat: libc::statvfs = std::mem::zeroed();
+        (libc::statvfs(path.as_ptr(), &raw mut stat), stat)
+    };
+    #[allow(clippy::unnecessary_cast)]
+    (status == 0).then(|| (stat.f_bavail as u64).saturating_mul(stat.f_frsize as u64))
+}
+
+/// Bytes of shared memory that are free; `None` where the system keeps it elsewhere.
+#[cfg(not(unix))]
+#[must_use]
+pub fn free() -> Option<u64> {
+    None
 }
 
 #[cfg(unix)]

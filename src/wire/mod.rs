@@ -11,6 +11,7 @@ mod particles;
 mod scalars;
 mod snapshot;
 mod squirmers;
+mod status;
 
 pub use encode::Encoder;
 pub use fields::Fields;
@@ -19,6 +20,7 @@ pub use particles::Particles;
 pub use scalars::{Scalar, Scalars};
 pub use snapshot::{Element, Snapshot};
 pub use squirmers::{SpeciesRow, Squirmers};
+pub use status::Status;
 
 #[cfg(target_endian = "big")]
 compile_error!("snapshots are little-endian, and are written and read by copying memory");
@@ -35,11 +37,13 @@ pub enum Kind {
     Fields = 3,
     /// Positions and velocities of a share of the fluid particles.
     Particles = 4,
+    /// What a run tells about itself; published by every run, never recorded.
+    Status = 5,
 }
 
 impl Kind {
     /// Every kind.
-    pub const ALL: [Self; 4] = [Self::Squirmers, Self::Scalars, Self::Fields, Self::Particles];
+    pub const ALL: [Self; 5] = [Self::Squirmers, Self::Scalars, Self::Fields, Self::Particles, Self::Status];
 
     /// The word for it in pipeline files, topics and service names.
     #[must_use]
@@ -49,6 +53,7 @@ impl Kind {
             Self::Scalars => "scalars",
             Self::Fields => "fields",
             Self::Particles => "particles",
+            Self::Status => "status",
         }
     }
 

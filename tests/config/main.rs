@@ -1,5 +1,6 @@
 //! Pipeline files: what they mean, and what is said about wrong ones.
 
+mod analyzers;
 mod errors;
 mod mutated;
 mod order;

@@ -18,7 +18,7 @@ use squirm::state::{Domain, Fluid, Init, Particle, Run, SemiAxes, Species, Squir
 /// A periodic box of still fluid without squirmers.
 fn system(size: [u32; 3], dt: f64) -> System {
     System {
-        run: Run { seed: 5, steps: 1, dt },
+        run: Run { seed: 5, steps: 1, dt, live: true },
         domain: Domain { size, walls: None },
         fluid: Fluid { density: 10.0, temperature: 1.0, acceleration: [0.0; 3] },
         species: Vec::new(),

@@ -17,7 +17,7 @@ pub fn gpu() -> &'static Gpu {
 /// A periodic box with 10 particles per cell, h = 0.1, no squirmers.
 pub fn system(size: [u32; 3]) -> System {
     System {
-        run: Run { seed: 7, steps: 0, dt: 0.1 },
+        run: Run { seed: 7, steps: 0, dt: 0.1, live: true },
         domain: Domain { size, walls: None },
         fluid: Fluid { density: 10.0, temperature: 1.0, acceleration: [0.0; 3] },
         species: Vec::new(),
@@ -63,7 +63,14 @@ pub fn plan(system: &System, kinds: &[&str], changes: &[(&str, &'static str, Val
             PlannedStage { entry, values }
         })
         .collect();
-    Plan { name: "test".into(), system: system.clone(), stages, outputs: Vec::new(), resolved: String::new() }
+    Plan {
+        name: "test".into(),
+        system: system.clone(),
+        stages,
+        outputs: Vec::new(),
+        analyzers: Vec::new(),
+        resolved: String::new(),
+    }
 }
 
 /// A session at the start of a plan.

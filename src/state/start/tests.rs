@@ -9,7 +9,7 @@ use crate::state::{Domain, Fluid, Init, Run, SemiAxes, Species, Walls};
 pub(super) fn system(size: [u32; 3], walled: bool) -> System {
     let walls = walled.then(|| Walls::from_values(&Values::defaults(&Walls::fields())));
     System {
-        run: Run { seed: 5, steps: 1, dt: 0.02 },
+        run: Run { seed: 5, steps: 1, dt: 0.02, live: true },
         domain: Domain { size, walls },
         fluid: Fluid { density: 10.0, temperature: 2.0, acceleration: [0.0; 3] },
         species: Vec::new(),

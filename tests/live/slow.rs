@@ -1,0 +1,62 @@
+//! A stopped reader of a run whose output says what happens then.
+
+use super::{Process, prepared, wait_for};
+use squirm::analyze::{Recording, Source};
+use squirm::wire::Kind;
+use std::ops::ControlFlow;
+
+fn output(on_slow: &str) -> String {
+    let both = "publish = [\"scalars\"]\nrecord = [\"scalars\"]\nevery = 1\nslow_limit = 0.5\n";
+    format!("[[output]]\n{both}on_slow = \"{on_slow}\"\n")
+}
+
+/// Steps in the recording; it must be complete.
+#[track_caller]
+fn recorded(folder: &std::path::Path) -> u64 {
+    let mut steps = Vec::new();
+    let ending = Recording::new(&folder.join("out/run.mcap")).drive(&[Kind::Scalars], &mut |s| {
+        steps.push(s.header.step);
+        Ok(ControlFlow::Continue(()))
+    });
+    assert_eq!(ending.expect("readable").warnings, Vec::<String>::new());
+    assert!(steps.iter().zip(0..).all(|(a, b)| *a == b), "{steps:?}");
+    steps.len() as u64
+}
+
+#[test]
+fn abort_ends_the_run_with_a_complete_recording() {
+    let (folder, name) = prepared("abort", &output("abort"));
+    let run = Process::run(folder.path(), &name, "out");
+    wait_for(folder.path(), &name);
+    let tap = Process::start(folder.path(), &["tap", &name, "scalars"]);
+    super::wait_until("nobody taps", || {
+        let row = super::listed(folder.path(), &name)?;
+        (row["subscribers"]["scalars"] == 1).then_some(())
+    });
+    tap.signal("-STOP");
+    let (code, _, said) = run.end();
+    assert!(code == Some(1) && said.contains("a reader of scalars took no snapshot for 0.5 s"), "{said}");
+    assert!(recorded(folder.path()) > 1);
+}
+
+#[test]
+fn block_goes_on_without_a_stopped_reader_and_loses_nothing_of_the_recording() {
+    let (folder, name) = prepared("block", &output("block"));
+    let run = Process::run(folder.path(), &name, "out");
+    wait_for(folder.path(), &name);
+    let tap = Process::start(folder.path(), &["tap", &name, "scalars"]);
+    super::wait_until("nobody taps", || {
+        let row = super::listed(folder.path(), &name)?;
+        (row["subscribers"]["scalars"] == 1).then_some(())
+    });
+    tap.signal("-STOP");
+    let stopped_at = wait_for(folder.path(), &name)["step"].as_u64().expect("a number");
+    super::wait_until("the run hangs on a stopped reader", || {
+        let step = super::listed(folder.path(), &name)?["step"].as_u64()?;
+        (step > stopped_at + 20).then_some(())
+    });
+    run.signal("-INT");
+    let (code, _, said) = run.end();
+    assert!(code == Some(130) && said.contains("goes on without it until it has caught up"), "{said}");
+    assert!(recorded(folder.path()) > stopped_at + 20);
+}
