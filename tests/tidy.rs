@@ -20,7 +20,7 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("stages", &["buffers", "math", "params", "shader", "shared", "state"]),
     ("graph", &["buffers", "math", "params", "shader", "stages", "state"]),
     ("sink", &["wire"]),
-    ("analyze", &["wire"]),
+    ("analyze", &["params", "wire"]),
     ("config", &["buffers", "diag", "graph", "math", "params", "stages", "state", "wire"]),
     ("gpu", &["buffers", "graph", "math", "shader", "stages", "state"]),
     ("sim", &["analyze", "buffers", "gpu", "graph", "sink", "state", "wire"]),
@@ -28,7 +28,7 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("lib", &[]),
     ("cli", &["analyze", "bench", "config", "diag", "gpu", "graph", "params", "sim", "stages"]),
     ("main", &["cli"]),
-    ("squirm-analyze", &["analyze"]),
+    ("squirm-analyze", &["analyze", "params"]),
     ("squirm-validate", &["analyze", "buffers", "config", "gpu", "graph", "math", "params", "state"]),
 ];
 

@@ -57,6 +57,10 @@ struct Topic {
 }
 
 impl Source for Live {
+    fn offers(&self, topic: Kind) -> bool {
+        runs(topic).is_ok_and(|runs| runs.contains(&self.run))
+    }
+
     fn drive(&mut self, topics: &[Kind], visit: &mut Visit<'_>) -> Result<Ending, AnalyzeError> {
         set_log_level(LogLevel::Error);
         let config = config()?;
