@@ -1,12 +1,24 @@
 //! The analyzers that come with the program: one list, from which subcommands, their help and pipeline files follow.
 
 use super::Analyzer;
+use super::clusters::Clusters;
+use super::flow_field::FlowField;
+use super::profile::Profile;
+use super::spectrum::Spectrum;
+use super::structure::Structure;
 use super::swim::Swim;
 use crate::params::{Field, Params, Values};
 use crate::wire::Kind;
 
 /// Every analyzer by its name.
-pub const KINDS: &[Entry] = &[Entry::of::<Swim>()];
+pub const KINDS: &[Entry] = &[
+    Entry::of::<Swim>(),
+    Entry::of::<FlowField>(),
+    Entry::of::<Structure>(),
+    Entry::of::<Clusters>(),
+    Entry::of::<Spectrum>(),
+    Entry::of::<Profile>(),
+];
 
 /// What an analyzer of this list says of itself.
 pub trait Definition: Analyzer + Sized + 'static {
@@ -34,7 +46,7 @@ pub struct Entry {
     pub extras: &'static [Kind],
     /// What it does.
     pub summary: fn() -> &'static str,
-    /// Its options, with units, ranges and defaults; every one has a default.
+    /// Its options, with units, ranges and defaults; each has a default or may be left out.
     pub fields: fn() -> Vec<Field>,
     /// The analyzer with these options, which must be complete for `fields`, as [`Values::defaults`] of them is.
     pub make: fn(&Values) -> Box<dyn Analyzer>,

@@ -3,13 +3,23 @@
 //! An [`Analyzer`] takes snapshots and ends with a [`Report`]; a [`Source`] is a recording or a live run. [`KINDS`] lists the
 //! analyzers that come with the program.
 
+pub mod clusters;
 pub mod export;
+pub mod flow_field;
 mod folder;
+mod grid;
 pub mod kinds;
 mod live;
+pub mod pairs;
+pub mod picture;
 pub mod plot;
+pub mod profile;
 mod recording;
+pub mod space;
+pub mod spectrum;
 pub mod statistics;
+pub mod stretches;
+pub mod structure;
 pub mod swim;
 pub mod table;
 mod window;
@@ -147,6 +157,19 @@ pub enum AnalyzeError {
 }
 
 impl AnalyzeError {
+    /// No snapshot to speak of.
+    fn nothing(topic: Kind) -> Self {
+        Self::TooLittle(format!(
+            "no {0} in these snapshots: was the topic `{0}` recorded, or published?",
+            topic.topic()
+        ))
+    }
+
+    /// Box, numbers or grid are not those of the first snapshot.
+    fn changed() -> Self {
+        Self::TooLittle("the system changed: these are snapshots of more than one run".into())
+    }
+
     /// Names the file in a system error.
     fn io(path: &Path) -> impl Fn(std::io::Error) -> Self + '_ {
         |source| Self::Io { path: path.into(), source }

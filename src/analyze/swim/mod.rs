@@ -14,9 +14,6 @@ use crate::wire::{Kind, Snapshot, SpeciesRow, Squirmers};
 use glam::DVec3;
 use std::fmt::Write;
 
-/// Points of the speed's course in time.
-const STRETCHES: usize = 60;
-
 params! {
     /// Swimming speed along the axis, mean squared displacement and memory of the orientation. Species by species: the speed
     /// against theory, and the rotational diffusion that follows from the memory.
@@ -106,7 +103,7 @@ struct Found {
     displaced: Estimate,
     instantaneous: Estimate,
     diffusion: Estimate,
-    course: Vec<(f64, Estimate)>,
+    course: Vec<(f64, f64, f64)>,
     displacements: Vec<Lag>,
     orientations: Vec<Lag>,
 }
@@ -120,7 +117,7 @@ impl Found {
             displaced: track.displacement_speed(),
             instantaneous: track.speed(),
             diffusion: track.rotational_diffusion(),
-            course: track.speeds_in_time(STRETCHES),
+            course: track.speeds_in_time(),
             displacements: track.displacements(),
             orientations: track.orientations(),
         }
@@ -186,7 +183,7 @@ fn points(lags: &[Lag]) -> Vec<(f64, f64, f64)> {
 
 fn speed_chart(results: &[Found]) -> Chart {
     let curve = |f: &Found| {
-        let points: Vec<_> = f.course.iter().map(|(t, v)| (*t, v.mean, v.error)).collect();
+        let points = f.course.clone();
         let guide =
             if f.species.u0.is_finite() { points.iter().map(|p| (p.0, f.species.u0)).collect() } else { Vec::new() };
         let name = format!("{}: {:.4} +- {:.4}", f.species.name, f.instantaneous.mean, f.instantaneous.error);
