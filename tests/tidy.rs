@@ -20,7 +20,7 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("stages", &["buffers", "math", "params", "shader", "shared", "state"]),
     ("graph", &["buffers", "math", "params", "shader", "stages", "state"]),
     ("sink", &["wire"]),
-    ("analyze", &["params", "wire"]),
+    ("analyze", &["math", "params", "wire"]),
     ("config", &["buffers", "diag", "graph", "math", "params", "stages", "state", "wire"]),
     ("gpu", &["buffers", "graph", "math", "shader", "stages", "state"]),
     ("sim", &["analyze", "buffers", "gpu", "graph", "sink", "state", "wire"]),

@@ -61,7 +61,7 @@ impl Map {
             let (cx, cy) = ((x - left) * scale, (high - y) * scale);
             let _ = writeln!(
                 svg,
-                "<ellipse cx='{cx:.1}' cy='{cy:.1}' rx='{:.1}' ry='{:.1}' fill='#e07a3f' fill-opacity='.85' stroke='#7c3a12' stroke-width='2'/>",
+                "<ellipse cx='{cx:.1}' cy='{cy:.1}' rx='{:.1}' ry='{:.1}' fill='#e07a3f' stroke='#7c3a12' stroke-width='2'/>",
                 rx * scale,
                 ry * scale
             );
