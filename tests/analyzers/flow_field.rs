@@ -76,9 +76,9 @@ fn another_axis_sees_another_flow() {
     let (axis, across) = (DVec3::Z, DVec3::X);
     let report = analyzed(&rotating(CENTRE, 0.0625 * axis), &body(CENTRE, across), &[("velocity", text("relative"))]);
     let rows = table(&report, "body.csv");
-    // About its own axis it would be 0.0625 rho, 0.28 and more here; the blocks of a bin do not lie quite evenly about the axis.
-    let outer: Vec<f64> = rows.iter().filter(|r| r["rho [a]"] > 4.0).map(|r| r["v_phi [sqrt(kT/m)]"].abs()).collect();
-    assert!(outer.len() > 50 && outer.iter().all(|v| *v < 0.05), "{outer:?}");
+    // About its own axis it would be 0.0625 rho; the blocks of a bin do not lie quite evenly about the axis.
+    let outer: Vec<_> = rows.iter().filter(|r| r["rho [a]"] > 4.0).collect();
+    assert!(outer.len() > 50 && outer.iter().all(|r| r["v_phi [sqrt(kT/m)]"].abs() < 0.25 * 0.0625 * r["rho [a]"]));
 }
 
 #[test]

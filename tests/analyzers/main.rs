@@ -157,3 +157,19 @@ fn analyzers_say_what_they_lack_and_refuse_a_system_that_changes() {
         }
     }
 }
+
+/// Analyzers must start at once on machines without a GPU: nothing of wgpu may end up in their program. Mangled names carry the length of a
+/// crate's name before it; the loader of Vulkan carries that of its library.
+#[cfg(target_os = "linux")]
+#[test]
+fn the_program_has_nothing_of_the_gpu_in_it() {
+    let holds = |program: &str, part: &[u8]| {
+        let bytes = std::fs::read(program).expect("built");
+        bytes.windows(part.len()).any(|w| w == part)
+    };
+    for part in [b"8wgpu_hal".as_slice(), b"9wgpu_core", b"libvulkan.so"] {
+        let name = String::from_utf8_lossy(part);
+        assert!(!holds(env!("CARGO_BIN_EXE_squirm-analyze"), part), "{name} in squirm-analyze");
+        assert!(holds(env!("CARGO_BIN_EXE_squirm"), part), "{name} is not even in squirm");
+    }
+}
