@@ -4,15 +4,23 @@ use clap::{Arg, ArgMatches, Command, value_parser};
 use squirm::analyze::kinds::{Entry, find};
 use squirm::analyze::{AnalyzeError, Folder, KINDS, Limits, Live, Source, Window, run};
 use squirm::params::{Field, Kind, Value, Values};
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
+/// Exit status of a wrong command line; clap uses the same.
+const WRONG_USAGE: u8 = 2;
+
 fn main() -> ExitCode {
     let matches = program().get_matches();
     let (name, matches) = matches.subcommand().expect("clap wants a subcommand");
+    if let Err(wrong) = check(matches) {
+        eprintln!("error: {wrong}");
+        return ExitCode::from(WRONG_USAGE);
+    }
     match analyze(find(name).expect("every subcommand is a kind"), matches) {
         Ok(()) => ExitCode::SUCCESS,
         Err(e) => {
@@ -20,6 +28,32 @@ fn main() -> ExitCode {
             ExitCode::FAILURE
         }
     }
+}
+
+/// What clap cannot see.
+fn check(matches: &ArgMatches) -> Result<(), String> {
+    if let Some(path) = matches.get_one::<PathBuf>("recording") {
+        let recording = Folder::new(path);
+        if !recording.path().is_file() {
+            return Err(format!(
+                "there is no recording {}\nhelp: name the folder of a run, or its run.mcap; a run records only what an [[output]] asks it to",
+                recording.path().display()
+            ));
+        }
+    }
+    let (from, to) = steps(matches).into_inner();
+    if from > to {
+        return Err(format!(
+            "--from {from} lies after --to {to}\nhelp: give the first and the last step, in this order"
+        ));
+    }
+    Ok(())
+}
+
+/// The steps that count.
+fn steps(matches: &ArgMatches) -> RangeInclusive<u64> {
+    let step = |name: &str| matches.get_one::<u64>(name).copied();
+    step("from").unwrap_or(0)..=step("to").unwrap_or(u64::MAX)
 }
 
 /// The command line: a subcommand for every kind of analyzer.
@@ -43,6 +77,7 @@ fn subcommand(entry: &Entry) -> Command {
     let options = (entry.fields)().into_iter().map(|field| option(&field));
     Command::new(entry.name)
         .about(short)
+        .override_usage(format!("squirm-analyze {} <RUN | --live NAME> [OPTIONS]", entry.name))
         .long_about(format!("{summary}\n\n{}", entry.needs()))
         .args(source())
         .args(options.map(|arg| arg.help_heading("What to measure")))
@@ -163,10 +198,8 @@ fn analyze(entry: &Entry, matches: &ArgMatches) -> Result<(), AnalyzeError> {
             (Box::new(Live::new(run, limits)), Path::new(run).with_extension(entry.name))
         }
     };
-    let step = |name: &str| matches.get_one::<u64>(name).copied();
-    let steps = step("from").unwrap_or(0)..=step("to").unwrap_or(u64::MAX);
     let mut analyzer = (entry.make)(&options(entry, matches));
-    let (report, ending) = run(&mut Window::new(source, steps), analyzer.as_mut())?;
+    let (report, ending) = run(&mut Window::new(source, steps(matches)), analyzer.as_mut())?;
     let out = matches.get_one::<PathBuf>("out").cloned().unwrap_or(default);
     report.write(&out)?;
     for warning in &ending.warnings {

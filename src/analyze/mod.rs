@@ -1,7 +1,7 @@
 //! Analyzers and their sources: one code for a run that is going and for one recorded weeks ago.
 //!
-//! An [`Analyzer`] takes snapshots and ends with a [`Report`]; a [`Source`] is a recording or a live run. [`KINDS`] lists the
-//! analyzers that come with the program.
+//! An [`Analyzer`] takes snapshots and ends with a [`Report`]; a [`Source`] is a recording or a live run. [`KINDS`]
+//! lists the analyzers that come with the program.
 
 pub mod clusters;
 pub mod export;
@@ -45,8 +45,8 @@ pub trait Analyzer {
         Vec::new()
     }
 
-    /// Takes the next snapshot. Those of one topic come in the order of time; how two topics follow each other depends on the
-    /// source, so whatever needs both pairs them by their step.
+    /// Takes the next snapshot. Those of one topic come in the order of time; how two topics follow each other depends
+    /// on the source, so whatever needs both pairs them by their step.
     ///
     /// # Errors
     /// If the snapshot cannot be used.

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-/// Snapshots of one topic that may wait for their partners. A run sends the topics of one step together, so that few ever wait; where
-/// one topic comes from another file, or does not come at all, this bounds the memory.
+/// Snapshots of one topic that may wait for their partners. A run sends the topics of one step together, so that few
+/// ever wait; where one topic comes from another file, or does not come at all, this bounds the memory.
 const WAITING: usize = 16;
 
 /// What waits for its partner, by step. Within a topic the steps rise.

@@ -105,7 +105,8 @@ impl Map {
         }
     }
 
-    /// Arrows in every so many cells; their length goes with the square root of the speed, so that slow flow has a direction, too.
+    /// Arrows in every so many cells; their length goes with the square root of the speed, so that slow flow has a
+    /// direction, too.
     fn arrows(&self, svg: &mut String, [w, h]: [f64; 2], fastest: f64) {
         let [nx, ny] = self.cells;
         let stride = nx.max(ny).div_ceil(ARROWS).max(1);

@@ -13,10 +13,10 @@ use crate::wire::{Kind, Particles, Snapshot};
 use std::fmt::Write;
 
 params! {
-    /// Density, velocity and temperature of the fluid across the slit.
-    /// Density and velocity are those of the layers of blocks of the fields; where a squirmer is, there is no fluid. The
-    /// temperature is not in the fields: it is taken from recorded or published particles, where there are any, as the variance of their velocities about
-    /// the mean of each bin. A shear G adds (G bin)^2/36 to it.
+    /// Density, velocity and temperature of the fluid across the slit. Density and velocity are those of the layers of
+    /// blocks of the fields; where a squirmer is, there is no fluid. The temperature is not in the fields: it is taken
+    /// from recorded or published particles, where there are any, as the variance of their velocities about the mean of
+    /// each bin. A shear G adds (G bin)^2/36 to it.
     pub struct ProfileOptions {
         /// The axis along which to look: y is across a slit.
         pub axis: String = "y"; "", Choice(&["x", "y", "z"]);

@@ -15,11 +15,12 @@ use std::f64::consts::TAU;
 use std::sync::Arc;
 
 params! {
-    /// Energy spectrum E(k) of the fluid's velocity, and the thermal noise in it.
-    /// From the mean velocities u of the blocks: the sum of E(k) times the width of the bins, over all k > 0, is the mean of
-    /// |u - mean u|^2/2. Wave vectors lie along periodic axes only: between walls the spectrum is that of the layers of blocks in x and
-    /// z, averaged over y. The noise floor is that of a fluid at rest in equilibrium, whose blocks have independent velocities of
-    /// variance kT/(n m) per component with n particles. The largest k, beyond pi/block, are those of the corners of the grid.
+    /// Energy spectrum E(k) of the fluid's velocity, and the thermal noise in it. From the mean velocities u of the
+    /// blocks: the sum of E(k) times the width of the bins, over all k > 0, is the mean of |u - mean u|^2/2. Wave
+    /// vectors lie along periodic axes only: between walls the spectrum is that of the layers of blocks in x and z,
+    /// averaged over y. The noise floor is that of a fluid at rest in equilibrium, whose blocks have independent
+    /// velocities of variance kT/(n m) per component with n particles. The largest k, beyond pi/block, are those of the
+    /// corners of the grid.
     pub struct SpectrumOptions {
         /// Temperature of the fluid, for the noise floor.
         pub temperature: f64 = 1.0; "kT", Float { min: 0.0, max: 1e6 };
@@ -120,8 +121,9 @@ impl Spectrum {
         let held: Vec<_> = (0..grid.len()).map(|i| fluid.held(grid.at(i))).collect();
         let count = grid.len() as f64;
         let sums = self.sums.next();
-        // Modes of one layer are normalised by its blocks, layers are averaged: the product is the number of all blocks. The
-        // transform of a complex field has both of two real ones: |F(k)|^2 + |F(-k)|^2 is twice the sum of their squares.
+        // Modes of one layer are normalised by its blocks, layers are averaged: the product is the number of all
+        // blocks. The transform of a complex field has both of two real ones: |F(k)|^2 + |F(-k)|^2 is twice the sum of
+        // their squares.
         let layer: f64 = waves.axes.iter().map(|(axis, _)| grid.blocks[*axis] as f64).product();
         let pairs: [Vec<Complex<f64>>; 2] = [
             held.iter().map(|h| Complex::new(h.velocity.x, h.velocity.y)).collect(),

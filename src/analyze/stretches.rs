@@ -7,8 +7,8 @@ const MOST: usize = 64;
 /// Stretches that must have data for an error to mean something.
 const LEAST: usize = 4;
 
-/// Sums of `width` quantities over each stretch of snapshots. Joining neighbours is what blocking does to a series anyway, so that
-/// correlations shorter than a 64th of the run are gone before [`blocked`] looks for the longer ones.
+/// Sums of `width` quantities over each stretch of snapshots. Joining neighbours is what blocking does to a series
+/// anyway, so that correlations shorter than a 64th of the run are gone before [`blocked`] looks for the longer ones.
 #[derive(Debug, Clone, Default)]
 pub struct Stretches {
     width: usize,
@@ -81,9 +81,9 @@ impl Stretches {
         self.of(|sums, _| sums[above], |sums, _| sums[below])
     }
 
-    /// Ratio A/B of what is made of the sums of a stretch and its number of snapshots, both summed over the stretches. The error is
-    /// that of the mean of (a - b A/B) over the mean of b, which is linear in the stretches (delta method); NaN if fewer than four
-    /// stretches have a b.
+    /// Ratio A/B of what is made of the sums of a stretch and its number of snapshots, both summed over the stretches.
+    /// The error is that of the mean of (a - b A/B) over the mean of b, which is linear in the stretches (delta
+    /// method); NaN if fewer than four stretches have a b.
     pub fn of(&self, above: impl Fn(&[f64], u64) -> f64, below: impl Fn(&[f64], u64) -> f64) -> Estimate {
         let all: Vec<(f64, f64)> =
             self.sums.iter().zip(&self.counts).map(|(s, n)| (above(s, *n), below(s, *n))).collect();
@@ -138,7 +138,8 @@ mod tests {
         assert!(found.mean == 1.0 && found.error.is_nan(), "{found:?}");
     }
 
-    /// x' = phi x + noise of unit variance, whose mean of n has the variance (1 + phi)/(1 - phi)/(1 - phi^2)/n; 400 independent series.
+    /// x' = phi x + noise of unit variance, whose mean of n has the variance (1 + phi)/(1 - phi)/(1 - phi^2)/n; 400
+    /// independent series.
     #[test]
     fn errors_of_correlated_series_are_right_also_after_joining() {
         let (phi, n, width) = (0.9f64, 3000u64, 400);
@@ -155,7 +156,8 @@ mod tests {
         }
         let exact = ((1.0 + phi) / (1.0 - phi) / (1.0 - phi * phi) / n as f64).sqrt();
         let errors = (0..width).map(|i| sums.mean(i).error.powi(2)).sum::<f64>() / width as f64;
-        // One error from some 40 blocks scatters by a tenth, 400 by half a per cent; correlation between blocks leaves a few per cent.
+        // One error from some 40 blocks scatters by a tenth, 400 by half a per cent; correlation between blocks leaves
+        // a few per cent.
         assert!((errors.sqrt() / exact - 1.0).abs() < 0.05, "{} {exact}", errors.sqrt());
         let scatter = (0..width).map(|i| sums.mean(i).mean.powi(2)).sum::<f64>() / width as f64;
         // The scatter of 400 means is known to 1/sqrt(800) = 3.5 %: five of these.

@@ -14,17 +14,18 @@ use glam::{DMat3, DVec3};
 use std::f64::consts::PI;
 
 params! {
-    /// Pair correlation g(r), polar and nematic order, and correlation of the orientations over distance.
-    /// Distances are between centres. g(r) is 1 for squirmers that do not feel each other. Polar order is the length of the mean
-    /// axis; nematic order is the largest eigenvalue of Q = mean of (3 e e - 1)/2. Without any order they are about sqrt(1/N)
-    /// for N squirmers, not zero.
+    /// Pair correlation g(r), polar and nematic order, and correlation of the orientations over distance. Distances are
+    /// between centres. g(r) is 1 for squirmers that do not feel each other. Polar order is the length of the mean
+    /// axis; nematic order is the largest eigenvalue of Q = mean of (3 e e - 1)/2. Without any order they are about
+    /// sqrt(1/N) for N squirmers, not zero.
     pub struct StructureOptions {
         /// Width of the bins of the distance.
         pub bin: f64 = 0.5; "a", Float { min: 0.01, max: 100.0 };
         /// Largest distance; at most half the shortest periodic edge, which is the default.
         pub reach: Option<f64>; "a", Float { min: 0.1, max: 1e6 };
-        /// Distances: full takes them in space, plane in x and z only, as a narrow slit wants it; auto takes plane where there are
-        /// walls. g(r) is normalised accordingly; between walls, full accounts for the shells that the walls cut.
+        /// Distances: full takes them in space, plane in x and z only, as a narrow slit wants it; auto takes plane
+        /// where there are walls. g(r) is normalised accordingly; between walls, full accounts for the shells that the
+        /// walls cut.
         pub distance: String = "auto"; "", Choice(&["auto", "full", "plane"]);
     }
 }

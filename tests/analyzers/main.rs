@@ -158,8 +158,8 @@ fn analyzers_say_what_they_lack_and_refuse_a_system_that_changes() {
     }
 }
 
-/// Analyzers must start at once on machines without a GPU: nothing of wgpu may end up in their program. Mangled names carry the length of a
-/// crate's name before it; the loader of Vulkan carries that of its library.
+/// Analyzers must start at once on machines without a GPU: nothing of wgpu may end up in their program. Mangled names
+/// carry the length of a crate's name before it; the loader of Vulkan carries that of its library.
 #[cfg(target_os = "linux")]
 #[test]
 fn the_program_has_nothing_of_the_gpu_in_it() {

@@ -17,9 +17,9 @@ use glam::DVec3;
 
 params! {
     /// Clusters of squirmers: sizes, the largest one in time, mean size, and number fluctuations in parts of the box.
-    /// Squirmers whose surfaces are closer than the gap belong to one cluster. The distance of surfaces is the directional one of
-    /// Paramonov and Yaliraki (J. Chem. Phys. 123, 194111, 2005), exact for spheres and at contact, else a little more than the
-    /// true gap; the one that steric forces use.
+    /// Squirmers whose surfaces are closer than the gap belong to one cluster. The distance of surfaces is the
+    /// directional one of Paramonov and Yaliraki (J. Chem. Phys. 123, 194111, 2005), exact for spheres and at contact,
+    /// else a little more than the true gap; the one that steric forces use.
     pub struct ClustersOptions {
         /// Largest distance of the surfaces of neighbours in a cluster.
         pub gap: f64 = 1.0; "a", Float { min: 0.0, max: 1000.0 };
@@ -34,7 +34,8 @@ pub struct Clusters {
     options: ClustersOptions,
     seen: Option<(Space, usize)>,
     times: Vec<f64>,
-    /// Of every snapshot: the largest cluster, the number of clusters, the mean of the size, that of the cluster of a squirmer.
+    /// Of every snapshot: the largest cluster, the number of clusters, the mean of the size, that of the cluster of a
+    /// squirmer.
     courses: [Vec<f64>; 4],
     /// Clusters of size 1, 2, ...
     sizes: Stretches,

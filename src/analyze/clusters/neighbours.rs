@@ -18,8 +18,9 @@ pub fn bodies(squirmers: &Squirmers) -> Vec<(Body, DVec3)> {
     (0..squirmers.id.len()).map(body).collect()
 }
 
-/// Sizes of the clusters, largest first: squirmers belong to one cluster if a chain of surfaces closer than `gap` (in a) joins
-/// them, by the directional distance of Paramonov and Yaliraki 2005. Union-find with path halving (Tarjan 1975).
+/// Sizes of the clusters, largest first: squirmers belong to one cluster if a chain of surfaces closer than `gap` (in
+/// a) joins them, by the directional distance of Paramonov and Yaliraki 2005. Union-find with path halving (Tarjan
+/// 1975).
 #[must_use]
 pub fn sizes(space: &Space, all: &[(Body, DVec3)], gap: f64) -> Vec<usize> {
     let mut parent: Vec<usize> = (0..all.len()).collect();

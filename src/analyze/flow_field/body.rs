@@ -11,7 +11,8 @@ use glam::DVec3;
 /// Quantities of a bin: mass, momentum along rho, along the azimuth e x rho, and along e.
 const WIDTH: usize = 4;
 
-/// Sums over the blocks around each squirmer of a species, by their distance rho from the axis and their height z along it.
+/// Sums over the blocks around each squirmer of a species, by their distance rho from the axis and their height z along
+/// it.
 #[derive(Debug)]
 pub struct Body {
     /// Semi-axes and name.

@@ -15,11 +15,11 @@ use body::Body;
 use lab::Lab;
 
 params! {
-    /// Mean flow of the fluid in the lab frame, and around the squirmers in the frame of their bodies.
-    /// Lab frame: mass and momentum of a layer of blocks, or of all layers along an axis. Body frame: each block around a squirmer is entered by its middle
-    /// at its distance rho from the swimming axis and its height z along it, nearest image, averaged about the axis over all
-    /// squirmers of a species; components along rho, e x rho and e. Blocks with their middle inside the body are left out. The body
-    /// frame needs fields and squirmers of the same steps.
+    /// Mean flow of the fluid in the lab frame, and around the squirmers in the frame of their bodies. Lab frame: mass
+    /// and momentum of a layer of blocks, or of all layers along an axis. Body frame: each block around a squirmer is
+    /// entered by its middle at its distance rho from the swimming axis and its height z along it, nearest image,
+    /// averaged about the axis over all squirmers of a species; components along rho, e x rho and e. Blocks with their
+    /// middle inside the body are left out. The body frame needs fields and squirmers of the same steps.
     pub struct FlowFieldOptions {
         /// The axis along which the lab frame is looked at.
         pub look: String = "y"; "", Choice(&["x", "y", "z"]);
@@ -27,7 +27,8 @@ params! {
         pub at: Option<f64>; "a", Float { min: 0.0, max: 1e6 };
         /// Edge of the bins of the body frame; left out, that of the blocks.
         pub bin: Option<f64>; "a", Float { min: 0.01, max: 1000.0 };
-        /// Largest rho and z of the body frame; left out, four times the longest semi-axis; at most half the shortest periodic edge.
+        /// Largest rho and z of the body frame; left out, four times the longest semi-axis; at most half the shortest
+        /// periodic edge.
         pub reach: Option<f64>; "a", Float { min: 0.1, max: 1e6 };
         /// Velocities of the body frame: lab, as they are; relative, less that of the squirmer.
         pub velocity: String = "lab"; "", Choice(&["lab", "relative"]);
