@@ -64,7 +64,7 @@ impl Profile {
         if self.layers.snapshots() == 0 {
             self.layers = Stretches::new(4 * grid.blocks[axis]);
         }
-        let sums = self.layers.next();
+        let sums = self.layers.begin();
         for index in 0..grid.len() {
             let place = grid.at(index);
             let held = fluid.held(place);
@@ -91,7 +91,7 @@ impl Profile {
             let add = [1.0, v[0], v[1], v[2], v[0] * v[0] + v[1] * v[1] + v[2] * v[2]];
             moments[bin].iter_mut().zip(add).for_each(|(sum, value)| *sum += value);
         }
-        let sums = self.bins.next();
+        let sums = self.bins.begin();
         for (i, [n, x, y, z, squares]) in moments.into_iter().enumerate().filter(|(_, m)| m[0] > 1.0) {
             sums[2 * i] += 3.0 * (n - 1.0);
             sums[2 * i + 1] += squares - (x * x + y * y + z * z) / n;

@@ -120,7 +120,7 @@ impl Spectrum {
         }
         let held: Vec<_> = (0..grid.len()).map(|i| fluid.held(grid.at(i))).collect();
         let count = grid.len() as f64;
-        let sums = self.sums.next();
+        let sums = self.sums.begin();
         // Modes of one layer are normalised by its blocks, layers are averaged: the product is the number of all
         // blocks. The transform of a complex field has both of two real ones: |F(k)|^2 + |F(-k)|^2 is twice the sum of
         // their squares.

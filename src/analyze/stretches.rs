@@ -25,7 +25,7 @@ impl Stretches {
     }
 
     /// Begins the next snapshot: its values are to be added to what is returned.
-    pub fn next(&mut self) -> &mut [f64] {
+    pub fn begin(&mut self) -> &mut [f64] {
         if self.counts.last().is_none_or(|n| *n == self.length) {
             if self.sums.len() == MOST {
                 self.join();
@@ -112,7 +112,7 @@ mod tests {
         for n in [1, 4, 63, 64, 65, 127, 128, 129, 1000] {
             let mut sums = Stretches::new(2);
             for i in 0..n {
-                let now = sums.next();
+                let now = sums.begin();
                 now[0] += f64::from(i);
                 now[1] += 2.0;
             }
@@ -128,7 +128,7 @@ mod tests {
     fn too_few_stretches_have_no_error() {
         let mut sums = Stretches::new(2);
         for i in 0..40 {
-            let now = sums.next();
+            let now = sums.begin();
             if i < 3 {
                 now[0] += f64::from(i);
                 now[1] += 1.0;
@@ -151,7 +151,7 @@ mod tests {
                 *x = phi * *x + normals(draw.uniforms(i, 0, 0)).x;
             }
             if step >= 100 {
-                sums.next().iter_mut().zip(&x).for_each(|(s, x)| *s += x);
+                sums.begin().iter_mut().zip(&x).for_each(|(s, x)| *s += x);
             }
         }
         let exact = ((1.0 + phi) / (1.0 - phi) / (1.0 - phi * phi) / n as f64).sqrt();

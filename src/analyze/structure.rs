@@ -99,7 +99,7 @@ impl Structure {
 
     fn enter_pairs(&mut self, space: &Space, places: &[DVec3], axes: &[DVec3]) {
         let (flat, bins, width) = (self.flat(space), self.bins(space), self.options.bin);
-        let sums = self.pairs.next();
+        let sums = self.pairs.begin();
         for i in 0..places.len() {
             for j in 0..i {
                 let mut r = space.nearest(places[i], places[j]);

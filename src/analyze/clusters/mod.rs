@@ -101,9 +101,9 @@ impl Analyzer for Clusters {
         for (course, value) in self.courses.iter_mut().zip([sizes[0] as f64, count, n / count, squares / n]) {
             course.push(value);
         }
-        let now = self.sizes.next();
+        let now = self.sizes.begin();
         sizes.iter().for_each(|size| now[size - 1] += 1.0);
-        for (i, sum) in self.deviations.next().iter_mut().enumerate() {
+        for (i, sum) in self.deviations.begin().iter_mut().enumerate() {
             let counts = counts(&space, all.iter().map(|(_, place)| *place), i + 2);
             let mean = n / counts.len() as f64;
             *sum += counts.iter().map(|c| (f64::from(*c) - mean).powi(2)).sum::<f64>() / counts.len() as f64;

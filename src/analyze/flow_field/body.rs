@@ -47,7 +47,7 @@ impl Body {
     pub fn enter(&mut self, fluid: &Fluid, squirmers: &Squirmers, species: usize, relative: bool) {
         let vector = |v: [f32; 3]| DVec3::from_array(v.map(f64::from));
         let end = 2 * self.bins * self.bins * WIDTH;
-        let sums = self.sums.next();
+        let sums = self.sums.begin();
         for i in (0..squirmers.id.len()).filter(|i| squirmers.species[*i] as usize == species) {
             let (axis, velocity) = (vector(squirmers.axis[i]).normalize_or_zero(), vector(squirmers.velocity[i]));
             let drift = if relative { velocity } else { DVec3::ZERO };

@@ -54,7 +54,7 @@ impl Lab {
             self.sums = Stretches::new(4 * grid.blocks[h] * grid.blocks[v]);
         }
         let layers = self.layers(grid)?;
-        let sums = self.sums.next();
+        let sums = self.sums.begin();
         for index in 0..grid.len() {
             let place = grid.at(index);
             if layers.contains(&place[self.across]) {
