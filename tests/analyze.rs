@@ -359,7 +359,10 @@ fn the_program_writes_tables_and_charts_and_its_exit_code_says_how_it_went() {
         assert!(dir.path().join("run.swim").join(file).exists(), "{file}");
     }
     let code = |args: &[&str]| program().args(args).output().unwrap().status.code();
-    assert_eq!(code(&["swim", "nowhere.mcap"]), Some(1));
+    assert_eq!((code(&["swim", "nowhere.mcap"]), code(&["swim", "/"])), (Some(2), Some(2)));
+    let recording = path.to_str().unwrap();
+    assert_eq!(code(&["swim", recording, "--from", "40", "--to", "20"]), Some(2));
+    assert_eq!(code(&["swim", recording, "--from", "100000"]), Some(1), "nothing is left of the recording");
     assert_eq!(code(&["swim", "--live", "no-such-run"]), Some(1));
     assert_eq!((code(&["swim"]), code(&["swim", "a.mcap", "--live", "b"]), code(&[])), (Some(2), Some(2), Some(2)));
 }

@@ -19,7 +19,7 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("state", &["buffers", "math", "params"]),
     ("stages", &["buffers", "math", "params", "shader", "shared", "state"]),
     ("sink", &["wire"]),
-    ("analyze", &["wire"]),
+    ("analyze", &["math", "params", "wire"]),
     ("graph", &["analyze", "buffers", "math", "params", "shader", "stages", "state"]),
     ("config", &["analyze", "buffers", "diag", "graph", "math", "params", "stages", "state", "wire"]),
     ("gpu", &["buffers", "graph", "math", "shader", "stages", "state"]),
@@ -28,7 +28,7 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("lib", &[]),
     ("cli", &["analyze", "bench", "config", "diag", "gpu", "graph", "params", "sim", "stages", "wire"]),
     ("main", &["cli"]),
-    ("squirm-analyze", &["analyze"]),
+    ("squirm-analyze", &["analyze", "params"]),
     ("squirm-validate", &["analyze", "buffers", "config", "gpu", "graph", "math", "params", "state"]),
 ];
 

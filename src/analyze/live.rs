@@ -21,6 +21,8 @@ type Service = ipc::Service;
 const LOOK_FOR_DEAD: Duration = Duration::from_secs(1);
 /// Longest sleep: after it the limits and the stop flag are looked at again.
 const NAP: Duration = Duration::from_millis(100);
+/// Longest sleep on one of several topics: the others wake nobody meanwhile, and their buffers are short.
+const SHARED_NAP: Duration = Duration::from_millis(1);
 
 /// Shared memory that one subscriber needs at most; where there is less, its first message would kill it.
 const ROOM: u64 = 1 << 18;
@@ -63,6 +65,10 @@ struct Topic {
 }
 
 impl Source for Live {
+    fn offers(&self, topic: Kind) -> bool {
+        runs(topic).is_ok_and(|runs| runs.contains(&self.run))
+    }
+
     fn drive(&mut self, topics: &[Kind], visit: &mut Visit<'_>) -> Result<Ending, AnalyzeError> {
         set_log_level(LogLevel::Error);
         let config = config()?;
@@ -85,7 +91,8 @@ impl Source for Live {
             if over || self.limits.passed(begin) {
                 break;
             }
-            let nap = self.limits.nap(begin) / u32::try_from(topics.len()).unwrap_or(1).max(1);
+            let longest = if topics.len() > 1 { SHARED_NAP } else { NAP };
+            let nap = self.limits.nap(begin).min(longest);
             for topic in &topics {
                 topic.listener.timed_wait(|_| {}, nap).map_err(|e| failed("wait for snapshots", &e))?;
             }

@@ -1,28 +1,52 @@
 //! Analyzers and their sources: one code for a run that is going and for one recorded weeks ago.
 //!
-//! An [`Analyzer`] takes snapshots and ends with a [`Report`]; a [`Source`] is a recording or a live run.
+//! An [`Analyzer`] takes snapshots and ends with a [`Report`]; a [`Source`] is a recording or a live run. [`KINDS`]
+//! lists the analyzers that come with the program.
 
+pub mod clusters;
 pub mod export;
+pub mod flow_field;
+mod folder;
+mod grid;
 pub mod kinds;
 mod live;
+pub mod pairs;
+pub mod picture;
 pub mod plot;
+pub mod profile;
 mod recording;
+pub mod space;
+pub mod spectrum;
 pub mod statistics;
+pub mod stretches;
+pub mod structure;
 pub mod swim;
+pub mod table;
+mod window;
 
+pub use folder::Folder;
+pub use kinds::KINDS;
 pub use live::{Limits, Live, Running, running, runs};
 pub use recording::Recording;
+pub use window::Window;
 
 use crate::wire::{Kind, Snapshot, WireError};
+use std::collections::HashMap;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 /// Takes snapshots one after another, then says what it found.
 pub trait Analyzer {
-    /// What it wants to see.
+    /// What it cannot do without.
     fn topics(&self) -> Vec<Kind>;
 
-    /// Takes the next snapshot of one of its topics, in the order of time.
+    /// What it uses, too, where a source has it.
+    fn extras(&self) -> Vec<Kind> {
+        Vec::new()
+    }
+
+    /// Takes the next snapshot. Those of one topic come in the order of time; how two topics follow each other depends
+    /// on the source, so whatever needs both pairs them by their step.
     ///
     /// # Errors
     /// If the snapshot cannot be used.
@@ -40,6 +64,11 @@ pub type Visit<'a> = dyn FnMut(&Snapshot<'_>) -> Result<ControlFlow<()>, Analyze
 
 /// Where snapshots come from.
 pub trait Source {
+    /// Whether snapshots of this topic can be asked for. A recording only turns out to have none when it is read.
+    fn offers(&self, _topic: Kind) -> bool {
+        true
+    }
+
     /// Calls `visit` with every snapshot of `topics` until the source ends or `visit` breaks off.
     ///
     /// # Errors
@@ -128,18 +157,40 @@ pub enum AnalyzeError {
 }
 
 impl AnalyzeError {
+    /// No snapshot to speak of.
+    fn nothing(topic: Kind) -> Self {
+        Self::TooLittle(format!(
+            "no {0} in these snapshots: was the topic `{0}` recorded, or published?",
+            topic.topic()
+        ))
+    }
+
+    /// Box, numbers or grid are not those of the first snapshot.
+    fn changed() -> Self {
+        Self::TooLittle("the system changed: these are snapshots of more than one run".into())
+    }
+
     /// Names the file in a system error.
     fn io(path: &Path) -> impl Fn(std::io::Error) -> Self + '_ {
         |source| Self::Io { path: path.into(), source }
     }
 }
 
-/// Lets `analyzer` take all of `source`.
+/// Lets `analyzer` take all of `source`; the same moment twice, as where a resumed run overlaps, counts once.
 ///
 /// # Errors
 /// If the source or the analyzer fails.
 pub fn run(source: &mut dyn Source, analyzer: &mut dyn Analyzer) -> Result<(Report, Ending), AnalyzeError> {
-    let topics = analyzer.topics();
-    let ending = source.drive(&topics, &mut |s| analyzer.take(s).map(|()| ControlFlow::Continue(())))?;
+    let mut topics = analyzer.topics();
+    topics.extend(analyzer.extras().into_iter().filter(|topic| source.offers(*topic)));
+    let mut last: HashMap<Kind, u64> = HashMap::new();
+    let ending = source.drive(&topics, &mut |snapshot| {
+        let step = snapshot.header.step;
+        if last.get(&snapshot.kind()).is_none_or(|last| step > *last) {
+            last.insert(snapshot.kind(), step);
+            analyzer.take(snapshot)?;
+        }
+        Ok(ControlFlow::Continue(()))
+    })?;
     Ok((analyzer.finish()?, ending))
 }

@@ -152,7 +152,11 @@ impl Chart {
                 self.fill(&mut chart)
             }
             Scale::Logarithmic => {
-                let mut chart = builder.build_cartesian_2d(x.log_scale(), y.log_scale()).map_err(|e| e.to_string())?;
+                // Labels stand at powers of the base: over few decades there are too few of ten.
+                let base = |range: &std::ops::Range<f64>| if range.end < 200.0 * range.start { 2.0 } else { 10.0 };
+                let (x_base, y_base) = (base(&x), base(&y));
+                let (x, y) = (x.log_scale().base(x_base), y.log_scale().base(y_base));
+                let mut chart = builder.build_cartesian_2d(x, y).map_err(|e| e.to_string())?;
                 self.fill(&mut chart)
             }
         }

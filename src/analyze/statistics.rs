@@ -66,6 +66,20 @@ pub fn blocked(series: &[f64]) -> Estimate {
     Estimate { mean, error }
 }
 
+/// Points of the course of a series in time, at most.
+const COURSE: usize = 60;
+
+/// The course of a series for a chart: time, mean and error of up to 60 stretches.
+#[must_use]
+pub fn course(times: &[f64], series: &[f64]) -> Vec<(f64, f64, f64)> {
+    let size = series.len().div_ceil(COURSE).max(1);
+    let stretch = |(times, values): (&[f64], &[f64])| {
+        let found = blocked(values);
+        (mean(times), found.mean, found.error)
+    };
+    times.chunks(size).zip(series.chunks(size)).map(stretch).collect()
+}
+
 /// 99 percent quantile of chi-squared (Wilson and Hilferty 1931), better than 1 percent from 3 degrees of freedom on.
 fn chi_squared_99(degrees: f64) -> f64 {
     let a = 2.0 / (9.0 * degrees);

@@ -2,6 +2,8 @@
 
 use crate::case::Trouble;
 use glam::{DQuat, DVec3};
+use squirm::analyze::clusters::sizes;
+use squirm::analyze::space::Space;
 use squirm::buffers::SquirmerState;
 use squirm::gpu::Session;
 use squirm::math::mobility::Friction;
@@ -36,12 +38,9 @@ pub fn swimmers(session: &Session) -> Result<Vec<Swimmer>, Trouble> {
     Ok(system.squirmer_species().zip(&states).map(one).collect())
 }
 
-/// From one place to the nearest image of another.
-pub fn nearest(domain: &Domain, from: DVec3, to: DVec3) -> DVec3 {
-    let edge = DVec3::from_array(domain.size.map(f64::from));
-    let straight = to - from;
-    let wrapped = straight - edge * (straight / edge).round();
-    if domain.walls.is_some() { DVec3::new(wrapped.x, straight.y, wrapped.z) } else { wrapped }
+/// The box as analyzers see it.
+fn space(domain: &Domain) -> Space {
+    Space { edge: DVec3::from_array(domain.size.map(f64::from)), walls: domain.walls.is_some() }
 }
 
 /// How two squirmers stand to each other.
@@ -57,7 +56,7 @@ pub struct Pair {
 
 /// The pair of a squirmer with the nearest image of another.
 pub fn pair(domain: &Domain, a: &Swimmer, b: &Swimmer) -> Pair {
-    let r = nearest(domain, a.position, b.position);
+    let r = space(domain).nearest(a.position, b.position);
     let distance = r.length();
     // Bodies whose centres coincide overlap as far as they can.
     let gap = contact(&a.body, &b.body, r).map_or(-a.body.shape.radius() - b.body.shape.radius(), |c| c.gap);
@@ -66,35 +65,10 @@ pub fn pair(domain: &Domain, a: &Swimmer, b: &Swimmer) -> Pair {
     Pair { distance, gap, angle: if opening > 0.0 { -angle } else { angle } }
 }
 
-/// Sizes of the clusters, largest first: squirmers belong to one cluster if a chain of surfaces closer than `reach` (in a) joins
-/// them. Union-find with path halving (Tarjan 1975).
+/// Sizes of the clusters, largest first; neighbours are closer than `reach` (in a).
 pub fn clusters(domain: &Domain, all: &[Swimmer], reach: f64) -> Vec<usize> {
-    let mut parent: Vec<usize> = (0..all.len()).collect();
-    let mut root = |mut i: usize, join: Option<usize>| {
-        while parent[i] != i {
-            parent[i] = parent[parent[i]];
-            i = parent[i];
-        }
-        if let Some(other) = join {
-            parent[i] = other;
-        }
-        i
-    };
-    for i in 0..all.len() {
-        for j in 0..i {
-            let (a, b) = (&all[i], &all[j]);
-            let far = a.body.shape.radius() + b.body.shape.radius() + reach;
-            if nearest(domain, a.position, b.position).length() < far && pair(domain, a, b).gap < reach {
-                let other = root(j, None);
-                root(i, Some(other));
-            }
-        }
-    }
-    let mut sizes = vec![0; all.len()];
-    (0..all.len()).for_each(|i| sizes[root(i, None)] += 1);
-    sizes.sort_unstable_by(|a, b| b.cmp(a));
-    sizes.retain(|n| *n > 0);
-    sizes
+    let bodies: Vec<(Body, DVec3)> = all.iter().map(|s| (s.body, s.position)).collect();
+    sizes(&space(domain), &bodies, reach)
 }
 
 /// Viscosity and the rest that the formula gives for this system's fluid of rotations by 130 degrees that keep angular momentum.
@@ -131,12 +105,6 @@ mod tests {
     }
 
     #[test]
-    fn the_nearest_image_crosses_periodic_sides_only() {
-        let r = nearest(&slit(), DVec3::new(1.0, 6.5, 39.0), DVec3::new(149.0, 0.5, 2.0));
-        assert!((r - DVec3::new(-2.0, -6.0, 3.0)).length() < 1e-12, "{r}");
-    }
-
-    #[test]
     fn a_wedge_has_its_angle_with_the_sign_of_its_tip() {
         let domain = slit();
         // One above the other in z: the lower one heads up, the upper one down.
@@ -160,21 +128,6 @@ mod tests {
         assert!((behind.gap - 2.0).abs() < 1e-9, "{behind:?}");
         let against = pair(&domain, &swimmer(10.0, 2.0, 0.0), &swimmer(24.0, 2.0, 180.0));
         assert!((against.angle - 180.0).abs() < 1e-9, "{against:?}");
-    }
-
-    #[test]
-    fn chains_form_clusters_through_the_sides() {
-        let domain = slit();
-        // A row of three whose surfaces are 0.5 apart, one of them beyond the side of the box; a pair; one alone.
-        let row = [swimmer(10.0, 38.0, 0.0), swimmer(10.0, 4.5, 0.0), swimmer(10.0, 11.0, 0.0)];
-        let others = [swimmer(30.0, 20.0, 0.0), swimmer(42.5, 20.0, 0.0), swimmer(30.0, 30.0, 0.0)];
-        let all = [others[0], row[1], others[2], row[2], others[1], row[0]];
-        assert_eq!(clusters(&domain, &all, 0.6), [3, 2, 1]);
-        assert_eq!(clusters(&domain, &all, 0.4), [1; 6]);
-        assert_eq!(clusters(&domain, &[], 1.0), Vec::<usize>::new());
-        // The two ends of a ring around the box are joined from both sides, and counted once.
-        let ring: Vec<Swimmer> = (0..4).map(|i| swimmer(12.5 * f64::from(i), 5.0, 0.0)).collect();
-        assert_eq!(clusters(&domain, &ring, 0.6), [4]);
     }
 
     #[test]

@@ -4,15 +4,21 @@ mod trajectories;
 
 pub use trajectories::{Lag, Sample, Trajectories};
 
+use super::kinds::Definition;
 use super::plot::{Chart, Curve, Scale};
 use super::statistics::Estimate;
+use super::table::quoted;
 use super::{AnalyzeError, Analyzer, Report};
+use crate::params;
 use crate::wire::{Kind, Snapshot, SpeciesRow, Squirmers};
 use glam::DVec3;
 use std::fmt::Write;
 
-/// Points of the speed's course in time.
-const STRETCHES: usize = 60;
+params! {
+    /// Swimming speed along the axis, mean squared displacement and memory of the orientation. Species by species: the speed
+    /// against theory, and the rotational diffusion that follows from the memory.
+    pub struct SwimOptions {}
+}
 
 /// The analyzer behind `squirm-analyze swim`.
 #[derive(Debug, Default)]
@@ -21,12 +27,21 @@ pub struct Swim {
     tracks: Vec<Trajectories>,
     first: Option<u64>,
     every: u64,
-    last: Option<u64>,
+}
+
+impl Definition for Swim {
+    const NAME: &'static str = "swim";
+    const TOPICS: &'static [Kind] = &[Kind::Squirmers];
+    type Options = SwimOptions;
+
+    fn new(_: SwimOptions) -> Self {
+        Self::default()
+    }
 }
 
 impl Analyzer for Swim {
     fn topics(&self) -> Vec<Kind> {
-        vec![Kind::Squirmers]
+        Self::TOPICS.to_vec()
     }
 
     fn take(&mut self, snapshot: &Snapshot<'_>) -> Result<(), AnalyzeError> {
@@ -41,15 +56,10 @@ impl Analyzer for Swim {
                 "the species changed: these are snapshots of more than one run".into(),
             ));
         }
-        // The same moment twice, as where a resumed run overlaps, counts once.
-        if self.last.is_some_and(|last| step <= last) {
-            return Ok(());
-        }
         let first = *self.first.get_or_insert(step);
         if self.every == 0 {
             self.every = if snapshot.header.every > 0 { snapshot.header.every } else { step - first };
         }
-        self.last = Some(step);
         let index = (step - first) / self.every.max(1);
         let mut samples: Vec<Vec<Sample>> = vec![Vec::new(); self.table.len()];
         for i in 0..squirmers.id.len() {
@@ -93,7 +103,7 @@ struct Found {
     displaced: Estimate,
     instantaneous: Estimate,
     diffusion: Estimate,
-    course: Vec<(f64, Estimate)>,
+    course: Vec<(f64, f64, f64)>,
     displacements: Vec<Lag>,
     orientations: Vec<Lag>,
 }
@@ -107,7 +117,7 @@ impl Found {
             displaced: track.displacement_speed(),
             instantaneous: track.speed(),
             diffusion: track.rotational_diffusion(),
-            course: track.speeds_in_time(STRETCHES),
+            course: track.speeds_in_time(),
             displacements: track.displacements(),
             orientations: track.orientations(),
         }
@@ -130,10 +140,6 @@ fn summary(results: &[Found]) -> String {
         );
     }
     text
-}
-
-fn quoted(name: &str) -> String {
-    if name.contains([',', '"', '\n', '\r']) { format!("\"{}\"", name.replace('"', "\"\"")) } else { name.to_owned() }
 }
 
 fn swim_csv(results: &[Found]) -> String {
@@ -177,7 +183,7 @@ fn points(lags: &[Lag]) -> Vec<(f64, f64, f64)> {
 
 fn speed_chart(results: &[Found]) -> Chart {
     let curve = |f: &Found| {
-        let points: Vec<_> = f.course.iter().map(|(t, v)| (*t, v.mean, v.error)).collect();
+        let points = f.course.clone();
         let guide =
             if f.species.u0.is_finite() { points.iter().map(|p| (p.0, f.species.u0)).collect() } else { Vec::new() };
         let name = format!("{}: {:.4} +- {:.4}", f.species.name, f.instantaneous.mean, f.instantaneous.error);

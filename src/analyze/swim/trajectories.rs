@@ -1,6 +1,6 @@
 //! Trajectories of one species: speeds, displacements and orientations, and their correlation in time.
 
-use crate::analyze::statistics::{Estimate, blocked, independent, jackknife, mean};
+use crate::analyze::statistics::{Estimate, blocked, course, independent, jackknife, mean};
 use glam::{DVec3, Vec3};
 use std::collections::HashMap;
 
@@ -103,12 +103,10 @@ impl Trajectories {
         blocked(&self.displaced)
     }
 
-    /// Mean of V . e over stretches of time, at most `n` of them: time and value.
+    /// Mean of V . e over stretches of time: time, value and its error.
     #[must_use]
-    pub fn speeds_in_time(&self, n: usize) -> Vec<(f64, Estimate)> {
-        let size = self.instantaneous.len().div_ceil(n).max(1);
-        let pairs = self.times.chunks(size).zip(self.instantaneous.chunks(size));
-        pairs.map(|(t, v)| (mean(t), blocked(v))).collect()
+    pub fn speeds_in_time(&self) -> Vec<(f64, f64, f64)> {
+        course(&self.times, &self.instantaneous)
     }
 
     /// Mean squared displacement in a^2.
