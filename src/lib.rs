@@ -24,7 +24,7 @@
 //! - [`stages`] has the physics, one file per stage; [`shader`] and [`buffers`] what their WGSL is made of.
 //! - [`gpu`] runs a plan; [`sim`] runs it to its end and keeps the books; [`mod@bench`] measures its speed.
 //! - [`state`] is the simulated system on the host, [`math`] its mathematics and theory.
-//! - [`wire`] is the layout of snapshots, [`sink`] where they go, [`analyze`] what reads them again.
+//! - [`wire`] is the layout of snapshots, [`sink`] where they go, [`recording`] files of them, [`analyze`] what reads them again.
 #![deny(missing_docs)]
 #![deny(unsafe_code)]
 
@@ -37,6 +37,7 @@ pub mod gpu;
 pub mod graph;
 pub mod math;
 pub mod params;
+pub mod recording;
 pub mod shader;
 pub mod sim;
 pub mod sink;

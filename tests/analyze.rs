@@ -7,6 +7,7 @@ use squirm::analyze::export::{particles_csv, squirmers_csv};
 use squirm::analyze::statistics::{blocked, independent, jackknife};
 use squirm::analyze::swim::{Sample, Swim, Trajectories};
 use squirm::analyze::{AnalyzeError, Analyzer, Ending, Limits, Live, Recording, Source, run};
+use squirm::recording::RecordingError;
 use squirm::sink::{Provenance, Publisher, Recorder};
 use squirm::wire::{Kind, Particles, Scalars, Snapshot, SpeciesRow, Squirmers, Stamp};
 use std::ops::ControlFlow;
@@ -217,7 +218,7 @@ fn a_cut_recording_gives_its_whole_chunks() {
                 assert_eq!(messages, all[..whole], "cut at {length}");
                 assert_eq!(ending.warnings.len(), 1, "cut at {length}");
             }
-            Err(e) => assert!(whole == 0 && matches!(e, AnalyzeError::Damaged { .. }), "cut at {length}: {e}"),
+            Err(e) => assert!(whole == 0 && matches!(e, AnalyzeError::Recording(_)), "cut at {length}: {e}"),
         }
     }
 }
@@ -259,7 +260,7 @@ fn damage_is_reported_as_such() {
     let error = run(&mut Recording::new(&damaged), &mut Swim::default()).unwrap_err().to_string();
     assert!(error.contains("damaged.mcap is damaged"), "{error}");
     std::fs::write(&damaged, "x,y,z\n1,2,3\n").unwrap();
-    assert!(matches!(scan(&damaged), Err(AnalyzeError::Damaged { .. })));
+    assert!(matches!(scan(&damaged), Err(AnalyzeError::Recording(RecordingError::NoRecording(_)))));
 }
 
 #[test]

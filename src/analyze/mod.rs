@@ -12,6 +12,7 @@ pub mod swim;
 pub use live::{Limits, Live, runs};
 pub use recording::Recording;
 
+use crate::recording::RecordingError;
 use crate::wire::{Kind, Snapshot, WireError};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -92,14 +93,9 @@ pub enum AnalyzeError {
         /// What the system said.
         source: std::io::Error,
     },
-    /// A recording whose checksums do not match, or that is no recording.
-    #[error("{} is damaged, or is no recording: {source}", path.display())]
-    Damaged {
-        /// The file.
-        path: PathBuf,
-        /// What the reader said.
-        source: mcap::McapError,
-    },
+    /// A recording cannot be read, or not to its end.
+    #[error(transparent)]
+    Recording(#[from] RecordingError),
     /// A message that is not a snapshot.
     #[error(transparent)]
     Wire(#[from] WireError),
