@@ -24,7 +24,7 @@
 //! - [`stages`] has the physics, one file per stage; [`shader`] and [`buffers`] what their WGSL is made of.
 //! - [`gpu`] runs a plan; [`sim`] runs it to its end and keeps the books; [`mod@bench`] measures its speed.
 //! - [`state`] is the simulated system on the host, [`math`] its mathematics and theory.
-//! - [`wire`] is the layout of snapshots, [`sink`] where they go, [`recording`] files of them, [`analyze`] what reads them again.
+//! - [`wire`] is the layout of snapshots, [`sink`] where they go, [`recording`] files of them, which [`mod@replay`] publishes again, [`analyze`] what reads them again.
 #![deny(missing_docs)]
 #![deny(unsafe_code)]
 
@@ -38,6 +38,7 @@ pub mod graph;
 pub mod math;
 pub mod params;
 pub mod recording;
+pub mod replay;
 pub mod shader;
 pub mod sim;
 pub mod sink;

@@ -13,8 +13,10 @@ mod bench;
 mod check;
 mod export;
 mod graph;
+mod keys;
 mod recordings;
 mod render;
+mod replay;
 mod run;
 mod signals;
 mod stages;
@@ -112,6 +114,8 @@ enum Command {
     Cut(recordings::CutArgs),
     /// Join the segments of one run into one file.
     Merge(recordings::MergeArgs),
+    /// Publish a recording again: analyzers cannot tell it from the run.
+    Replay(replay::Args),
     /// Print a completion script for a shell.
     Completions {
         /// The shell.
@@ -143,6 +147,7 @@ pub fn main() -> ExitCode {
         Command::Recover(args) => recordings::recover(&args),
         Command::Cut(args) => recordings::cut(&args),
         Command::Merge(args) => recordings::merge(&args),
+        Command::Replay(args) => replay::replay(&args),
         Command::Completions { shell } => {
             let mut script = Vec::new();
             clap_complete::generate(shell, &mut Cli::command(), "squirm", &mut script);
