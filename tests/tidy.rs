@@ -22,6 +22,7 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("recording", &["wire"]),
     ("sink", &["wire"]),
     ("replay", &["recording", "sink", "wire"]),
+    ("export", &["recording", "wire"]),
     ("analyze", &["recording", "wire"]),
     ("config", &["buffers", "diag", "graph", "math", "params", "stages", "state", "wire"]),
     ("gpu", &["buffers", "graph", "math", "shader", "stages", "state"]),

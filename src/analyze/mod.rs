@@ -2,7 +2,6 @@
 //!
 //! An [`Analyzer`] takes snapshots and ends with a [`Report`]; a [`Source`] is a recording or a live run.
 
-pub mod export;
 mod live;
 pub mod plot;
 mod recording;

@@ -14,7 +14,7 @@ pub struct Part {
     #[arg(long, value_name = "STEP|TIMEtau")]
     pub from: Option<Moment>,
     /// Last step or time, included.
-    #[arg(long, value_name = "STEP|TIMEtau")]
+    #[arg(long, visible_alias = "until", value_name = "STEP|TIMEtau")]
     pub to: Option<Moment>,
 }
 
