@@ -20,7 +20,7 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("stages", &["buffers", "math", "params", "shader", "shared", "state"]),
     ("graph", &["buffers", "math", "params", "shader", "stages", "state"]),
     ("recording", &["wire"]),
-    ("sink", &["wire"]),
+    ("sink", &["recording", "wire"]),
     ("replay", &["recording", "sink", "wire"]),
     ("export", &["recording", "wire"]),
     ("analyze", &["recording", "wire"]),
@@ -32,10 +32,10 @@ const ROOMS: &[(&str, &[&str])] = &[
     (
         "cli",
         &[
-            "analyze",
             "bench",
             "config",
             "diag",
+            "export",
             "gpu",
             "graph",
             "params",
@@ -44,6 +44,7 @@ const ROOMS: &[(&str, &[&str])] = &[
             "sim",
             "sink",
             "stages",
+            "wire",
         ],
     ),
     ("main", &["cli"]),

@@ -9,7 +9,8 @@ use std::io::{BufWriter, Write};
 use std::path::Path;
 
 /// Columns behind the species; the orientation is a quaternion x, y, z, w, `aspherical_shape` the semi-axes in the body's frame.
-const COLUMNS: &str = "species:S:1:pos:R:3:velo:R:3:orientation:R:4:aspherical_shape:R:3:omega:R:3:id:I:1";
+/// `Z` is 0: ASE, which knows chemical elements only, would not read the names of species otherwise.
+const COLUMNS: &str = "species:S:1:pos:R:3:velo:R:3:orientation:R:4:aspherical_shape:R:3:omega:R:3:id:I:1:Z:I:1";
 
 /// Writes the squirmers and scalars of `recording` into the new file `out`.
 ///
@@ -71,7 +72,7 @@ fn frame(moment: &Moment, s: &Squirmers) -> String {
         numbers.for_each(|number| {
             let _ = write!(text, " {number}");
         });
-        let _ = writeln!(text, " {}", s.id[i]);
+        let _ = writeln!(text, " {} 0", s.id[i]);
     }
     text
 }

@@ -1,7 +1,7 @@
 //! A new recording made from others: the same messages, attachments and metadata, complete and indexed.
 
 use super::scan::{Channels, Schema};
-use super::{RecordingError, TOPICS};
+use super::{FORMAT, RecordingError, TOPICS};
 use crate::wire::Kind;
 use mcap::records::{Channel, MessageHeader, Metadata};
 use mcap::{Attachment, Compression, WriteOptions, Writer};
@@ -9,9 +9,6 @@ use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
-
-/// The layout of our own messages travels inside every recording.
-const FORMAT: &str = include_str!("../../docs/format.md");
 
 /// Which messages for viewers are drawn from which snapshots.
 const VIEWS: [(&str, Kind); 5] = [

@@ -34,6 +34,8 @@ use std::path::{Path, PathBuf};
 
 /// Topics of our own messages begin so; the rest is the [kind](crate::wire::Kind)'s word.
 pub const TOPICS: &str = "/squirm/";
+/// The layout of our own messages; it travels inside every recording as their schema.
+pub const FORMAT: &str = include_str!("../../docs/format.md");
 
 /// Why a recording could not be read or written.
 #[derive(Debug, thiserror::Error)]

@@ -227,3 +227,32 @@ fn metadata_without_a_checksum_are_mended() {
     assert!(good.windows(9).any(|w| w == b"seed\x01\0\0\x007"));
     says(dir.path(), &["verify", "good.mcap"], 0, "clean");
 }
+
+/// What a run starts from (`[init] from`) comes from the last segment that has it, and never from damaged bytes.
+#[test]
+fn a_state_is_exported_from_segments_and_never_from_damage() {
+    let dir = tempfile::tempdir().unwrap();
+    resumed(dir.path());
+    let export = |out: &'static str| ["export", ".", "--topic", "particles", "--out", out];
+    says(dir.path(), &export("last"), 0, "particles.csv: 50 rows, step 160");
+    says(dir.path(), &[&export("at")[..], &["--at", "60"]].concat(), 0, "step 60");
+    // The last snapshot must not silently become an older one.
+    let path = dir.path().join("run.fluid.0001.mcap");
+    let mut bytes = std::fs::read(&path).unwrap();
+    let chunks = mcap::Summary::read(&bytes).unwrap().unwrap().chunk_indexes;
+    let last = &chunks[chunks.len() - 2];
+    bytes[(last.chunk_start_offset + last.chunk_length - 9) as usize] ^= 1;
+    std::fs::write(&path, bytes).unwrap();
+    says(dir.path(), &export("damaged"), 1, "`squirm recover` keeps what is whole");
+    assert!(!dir.path().join("damaged").exists());
+    // Tables of a range tell their snapshots apart.
+    let arguments = ["export", "run.mcap", "--topic", "scalars", "--from", "20", "--until", "3tau", "--out", "range"];
+    says(dir.path(), &arguments, 0, "scalars.csv: 3 rows, step 60");
+    let table = std::fs::read_to_string(dir.path().join("range/scalars.csv")).unwrap();
+    let steps: Vec<&str> = table.lines().map(|l| l.split(',').next().unwrap()).collect();
+    assert_eq!(steps, ["step", "20", "40", "60"]);
+    says(dir.path(), &["export", ".", "--to", "gsd", "--topic", "fields"], 2, "gsd does not hold fields");
+    says(dir.path(), &["export", ".", "--to", "xyz", "--every", "2"], 0, "run.xyz: 5 snapshots, the last at step 160");
+    says(dir.path(), &["export", ".", "--to", "xyz"], 2, "run.xyz exists already");
+    says(dir.path(), &["export", ".", "--to", "npz", "--from", "9999"], 1, "in that range; the last is at step 160");
+}
