@@ -101,7 +101,7 @@ pub enum ReplayError {
 /// If the recording cannot be read to its end, or cannot be published.
 pub fn replay(path: &Path, options: &Options, control: &mut dyn Control) -> Result<Replayed, ReplayError> {
     let kinds = kinds(path)?;
-    let (lengths, span) = lengths(path, &kinds, &options.range)?;
+    let Survey { lengths, span } = survey(path, &kinds, &options.range)?;
     let name = options.name.clone().map_or_else(|| run_name(path), Ok)?;
     let publisher = match options.pace {
         Pace::Max(limit) => Publisher::patient(&name, &lengths, limit)?,
@@ -150,8 +150,16 @@ fn kinds(path: &Path) -> Result<Vec<Kind>, RecordingError> {
     Ok(kinds)
 }
 
-/// Length of the messages of each kind, and first and last time: a look at everything, so that damage is known before anything is sent.
-fn lengths(path: &Path, kinds: &[Kind], range: &Range) -> Result<(Vec<(Kind, usize)>, [f64; 2]), ReplayError> {
+/// What must be known before anything is sent.
+struct Survey {
+    /// Length of the longest message of each kind.
+    lengths: Vec<(Kind, usize)>,
+    /// First and last time.
+    span: [f64; 2],
+}
+
+/// Looks at everything, so that damage is known, too.
+fn survey(path: &Path, kinds: &[Kind], range: &Range) -> Result<Survey, ReplayError> {
     let mut series = Series::open(path, kinds)?;
     let (mut longest, mut span) = (BTreeMap::new(), None::<[f64; 2]>);
     while let Some(bytes) = series.next_message()? {
@@ -163,7 +171,7 @@ fn lengths(path: &Path, kinds: &[Kind], range: &Range) -> Result<(Vec<(Kind, usi
         }
     }
     match span {
-        Some(span) => Ok((longest.into_iter().collect(), span)),
+        Some(span) => Ok(Survey { lengths: longest.into_iter().collect(), span }),
         None => Err(RecordingError::Nothing(format!("{} has no snapshot in that range", path.display())).into()),
     }
 }
