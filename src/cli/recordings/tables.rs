@@ -43,7 +43,9 @@ pub fn info(info: &Info) -> String {
     );
     for (name, topic) in &info.topics {
         let steps = topic.steps.map_or(String::new(), |[a, b]| format!("{a}..{b}"));
-        let [a, b] = topic.time;
+        // Nobody wants to see how a sum of steps was rounded.
+        let [a, b] = topic.time.map(|t| (t * 1e9).round() * 1e-9).map(|t| format!("{t:.9}"));
+        let [a, b] = [&a, &b].map(|t| t.trim_end_matches('0').trim_end_matches('.'));
         let (count, size, time) = (topic.count, bytes(topic.bytes), format!("{a}..{b}"));
         let _ = writeln!(text, "{name:width$}  {count:>8}  {size:>10}  {steps:>19}  {time:>21}");
     }
