@@ -24,7 +24,8 @@
 //! - [`stages`] has the physics, one file per stage; [`shader`] and [`buffers`] what their WGSL is made of.
 //! - [`gpu`] runs a plan; [`sim`] runs it to its end and keeps the books; [`mod@bench`] measures its speed.
 //! - [`state`] is the simulated system on the host, [`math`] its mathematics and theory.
-//! - [`wire`] is the layout of snapshots, [`sink`] where they go, [`analyze`] what reads them again.
+//! - [`wire`] is the layout of snapshots, [`sink`] where they go, [`recording`] files of them, which [`mod@replay`] publishes again, [`export`] makes of
+//!   them what other people's tools read, [`analyze`] what reads them again.
 #![deny(missing_docs)]
 #![deny(unsafe_code)]
 
@@ -33,10 +34,13 @@ pub mod bench;
 pub mod buffers;
 pub mod config;
 pub mod diag;
+pub mod export;
 pub mod gpu;
 pub mod graph;
 pub mod math;
 pub mod params;
+pub mod recording;
+pub mod replay;
 pub mod shader;
 pub mod sim;
 pub mod sink;

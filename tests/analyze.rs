@@ -3,10 +3,11 @@
 use glam::{DQuat, DVec3};
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use squirm::analyze::export::{particles_csv, squirmers_csv};
 use squirm::analyze::statistics::{blocked, independent, jackknife};
 use squirm::analyze::swim::{Sample, Swim, Trajectories};
 use squirm::analyze::{AnalyzeError, Analyzer, Ending, Limits, Live, Recording, Source, run};
+use squirm::export::{ExportError, Exported, Selection, csv as table};
+use squirm::recording::RecordingError;
 use squirm::sink::{Provenance, Publisher, Recorder};
 use squirm::wire::{Kind, Particles, Scalars, Snapshot, SpeciesRow, Squirmers, Stamp};
 use std::ops::ControlFlow;
@@ -217,7 +218,7 @@ fn a_cut_recording_gives_its_whole_chunks() {
                 assert_eq!(messages, all[..whole], "cut at {length}");
                 assert_eq!(ending.warnings.len(), 1, "cut at {length}");
             }
-            Err(e) => assert!(whole == 0 && matches!(e, AnalyzeError::Damaged { .. }), "cut at {length}: {e}"),
+            Err(e) => assert!(whole == 0 && matches!(e, AnalyzeError::Recording(_)), "cut at {length}: {e}"),
         }
     }
 }
@@ -259,7 +260,7 @@ fn damage_is_reported_as_such() {
     let error = run(&mut Recording::new(&damaged), &mut Swim::default()).unwrap_err().to_string();
     assert!(error.contains("damaged.mcap is damaged"), "{error}");
     std::fs::write(&damaged, "x,y,z\n1,2,3\n").unwrap();
-    assert!(matches!(scan(&damaged), Err(AnalyzeError::Damaged { .. })));
+    assert!(matches!(scan(&damaged), Err(AnalyzeError::Recording(RecordingError::NoRecording(_)))));
 }
 
 #[test]
@@ -296,6 +297,12 @@ fn live_and_recorded_agree() {
     assert_eq!(live, run(&mut Recording::new(&path), &mut Swim::default()).unwrap().0);
 }
 
+/// Writes a table where there may be an older one.
+fn fresh_table(recording: &Path, kind: Kind, at: Option<u64>, out: &Path) -> Result<Exported, ExportError> {
+    let _ = std::fs::remove_file(out);
+    table(recording, kind, at.map_or(Selection::Usual, Selection::Step), out)
+}
+
 #[test]
 fn particles_survive_the_table_bit_by_bit() {
     let dir = tempfile::tempdir().unwrap();
@@ -318,7 +325,7 @@ fn particles_survive_the_table_bit_by_bit() {
     recorder.finish().unwrap();
     let (recording, out) = (dir.path().join("run.mcap"), dir.path().join("start.csv"));
     for (at, index, complete) in [(Some(20), 1, true), (None, 2, false)] {
-        let exported = particles_csv(&recording, &out, at).unwrap();
+        let exported = fresh_table(&recording, Kind::Particles, at, &out).unwrap();
         assert_eq!((exported.rows, exported.step, exported.complete()), (50, 20 * index as u64, complete));
         let mut table = csv::Reader::from_path(&out).unwrap();
         assert_eq!(table.headers().unwrap(), vec!["x", "y", "z", "vx", "vy", "vz"]);
@@ -328,9 +335,9 @@ fn particles_survive_the_table_bit_by_bit() {
             assert_eq!([row[3], row[4], row[5]].map(|v| v as f32), all[index].velocity[i]);
         }
     }
-    let error = particles_csv(&recording, &out, Some(21)).unwrap_err().to_string();
+    let error = fresh_table(&recording, Kind::Particles, Some(21), &out).unwrap_err().to_string();
     assert!(error.ends_with("has no snapshot of particles at step 21; the last is at step 40"), "{error}");
-    assert_eq!(squirmers_csv(&recording, &out, None).unwrap().rows, 2);
+    assert_eq!(fresh_table(&recording, Kind::Squirmers, None, &out).unwrap().rows, 2);
     let table = std::fs::read_to_string(&out).unwrap();
     assert_eq!(table.lines().nth(2).unwrap(), "0,0.5,0,0,1,0,0,0.25,0,1,puller");
 }

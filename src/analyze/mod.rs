@@ -4,7 +4,6 @@
 //! lists the analyzers that come with the program.
 
 pub mod clusters;
-pub mod export;
 pub mod flow_field;
 mod folder;
 mod grid;
@@ -30,6 +29,7 @@ pub use live::{Limits, Live, Running, running, runs};
 pub use recording::Recording;
 pub use window::Window;
 
+use crate::recording::RecordingError;
 use crate::wire::{Kind, Snapshot, WireError};
 use std::collections::HashMap;
 use std::ops::ControlFlow;
@@ -122,14 +122,9 @@ pub enum AnalyzeError {
         /// What the system said.
         source: std::io::Error,
     },
-    /// A recording whose checksums do not match, or that is no recording.
-    #[error("{} is damaged, or is no recording: {source}", path.display())]
-    Damaged {
-        /// The file.
-        path: PathBuf,
-        /// What the reader said.
-        source: mcap::McapError,
-    },
+    /// A recording cannot be read, or not to its end.
+    #[error(transparent)]
+    Recording(#[from] RecordingError),
     /// A message that is not a snapshot.
     #[error(transparent)]
     Wire(#[from] WireError),

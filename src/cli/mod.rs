@@ -13,8 +13,11 @@ mod bench;
 mod check;
 mod export;
 mod graph;
+mod keys;
 mod ps;
+mod recordings;
 mod render;
+mod replay;
 mod run;
 mod signals;
 mod stages;
@@ -34,12 +37,15 @@ const RUN_FAILED: u8 = 1;
 /// The exit status of a wrong command line or pipeline file; clap uses the same.
 const WRONG_USAGE: u8 = 2;
 
+/// The exit status of what is done, but not whole.
+const DATA_LOST: u8 = 3;
+
 /// Spheroidal squirmers in a fluid of millions of particles.
 #[derive(Debug, Parser)]
 #[command(
     version,
     after_help = "Exit status: 0 success, 1 the run failed, 2 the command line or a pipeline file is wrong, \
-                  130 or 143 the run was stopped by Ctrl-C or a termination signal: what it wrote is complete."
+                  3 done, but data were lost, 130 or 143 the run was stopped by Ctrl-C or a termination signal: what it wrote is complete."
 )]
 struct Cli {
     #[command(subcommand)]
@@ -108,6 +114,18 @@ enum Command {
     Adapters,
     /// Convert a recorded run to tables.
     Export(export::Args),
+    /// Say what a recording holds. Reads it from beginning to end.
+    Info(recordings::InfoArgs),
+    /// Check every checksum and snapshot of a recording, and that none is missing. Exit status 0: clean, 1: not.
+    Verify(recordings::VerifyArgs),
+    /// Make a complete file from what is whole in a damaged one. Exit status 0: nothing lost, 3: something, 1: nothing readable.
+    Recover(recordings::RecoverArgs),
+    /// Copy a part of a recording into a new one.
+    Cut(recordings::CutArgs),
+    /// Join the segments of one run into one file.
+    Merge(recordings::MergeArgs),
+    /// Publish a recording again: analyzers cannot tell it from the run.
+    Replay(replay::Args),
     /// Print a completion script for a shell.
     Completions {
         /// The shell.
@@ -137,6 +155,12 @@ pub fn main() -> ExitCode {
         Command::Schema => print(&config::schema()),
         Command::Adapters => adapters::adapters(),
         Command::Export(args) => export::export(&args),
+        Command::Info(args) => recordings::info(&args),
+        Command::Verify(args) => recordings::verify(&args),
+        Command::Recover(args) => recordings::recover(&args),
+        Command::Cut(args) => recordings::cut(&args),
+        Command::Merge(args) => recordings::merge(&args),
+        Command::Replay(args) => replay::replay(&args),
         Command::Completions { shell } => {
             let mut script = Vec::new();
             clap_complete::generate(shell, &mut Cli::command(), "squirm", &mut script);

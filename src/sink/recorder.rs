@@ -2,8 +2,8 @@
 
 use super::track::{Track, When};
 use super::{SinkError, scene, slice};
+use crate::recording::{ATTACHMENT, METADATA, run_metadata};
 use crate::wire::{Fields, Header, Kind, Particles, Snapshot, Squirmers};
-use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
@@ -176,16 +176,14 @@ fn open(path: &Path, provenance: &Provenance, resolved: &str, threads: u32) -> R
     let mut track = Track::new(path, BufWriter::with_capacity(1 << 16, file), threads)?;
     track.attach("pipeline.toml", "application/toml", resolved)?;
     let json = serde_json::to_string_pretty(provenance).map_err(|e| io(e.into()))?;
-    track.attach("provenance.json", "application/json", &json)?;
+    track.attach(ATTACHMENT, "application/json", &json)?;
     let entries = [
         ("run", provenance.run.clone()),
         ("run_id", hex(&provenance.run_id)),
         ("seed", provenance.seed.to_string()),
         ("version", provenance.version.clone()),
-        ("units", "a (cell edge), m (particle mass), kT; tau = a sqrt(m/kT)".into()),
-        ("time_unit", "log_time counts 1 tau as 1 s".into()),
     ];
-    track.metadata("squirm:run", entries.map(|(k, v)| (k.to_owned(), v)).into_iter().collect::<BTreeMap<_, _>>())?;
+    track.metadata(METADATA, run_metadata(entries.map(|(k, v)| (k.to_owned(), v))))?;
     track.flush()?;
     Ok(Open { track, file: handle })
 }

@@ -1,15 +1,13 @@
 //! One MCAP file: channels by topic, a chunk per snapshot, and an end that is always written.
 
 use super::SinkError;
+use crate::recording::FORMAT;
 use foxglove::Encode;
 use mcap::records::{MessageHeader, Metadata};
 use mcap::{Attachment, Compression, WriteOptions, Writer};
 use std::collections::BTreeMap;
 use std::io::{Seek, Write};
 use std::path::{Path, PathBuf};
-
-/// The layout of our own messages travels inside every recording.
-const FORMAT: &str = include_str!("../../docs/format.md");
 
 /// A recording being written to `W`.
 pub(super) struct Track<W: Write + Seek> {

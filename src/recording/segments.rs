@@ -1,0 +1,84 @@
+//! Which files a run was recorded into: a run that was resumed goes on in a new segment.
+
+use super::RecordingError;
+use std::path::{Path, PathBuf};
+
+/// The first segment of a run's small topics.
+pub const RUN: &str = "run.mcap";
+/// The first segment of the fluid's particles.
+pub const FLUID: &str = "run.fluid.mcap";
+
+/// The name of segment `number` of the recording whose first segment is `first`: `run.mcap`, `run.0001.mcap`, `run.0002.mcap`.
+#[must_use]
+pub fn segment(first: &Path, number: u32) -> PathBuf {
+    if number == 0 { first.into() } else { first.with_extension(format!("{number:04}.mcap")) }
+}
+
+/// The files of a recording in order. `path` is a run's folder, the first segment, or a later one, which then stands alone.
+///
+/// # Errors
+/// If there is no such recording, or its folder cannot be read.
+pub fn segments(path: &Path) -> Result<Vec<PathBuf>, RecordingError> {
+    let first = if path.is_dir() { path.join(RUN) } else { path.to_owned() };
+    if !first.is_file() {
+        return Err(RecordingError::Absent(first));
+    }
+    let mut found = vec![(0, first.clone())];
+    let stem = first.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    if number(&stem).is_some() || first.extension().is_none_or(|e| e != "mcap") {
+        return Ok(vec![first]);
+    }
+    let folder = first.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let io = RecordingError::io(folder);
+    for entry in std::fs::read_dir(folder).map_err(&io)? {
+        let name = entry.map_err(&io)?.file_name().to_string_lossy().into_owned();
+        let later = name.strip_suffix(".mcap").filter(|s| s.rsplit_once('.').is_some_and(|(before, _)| before == stem));
+        if let Some(number) = later.and_then(number) {
+            found.push((number, first.with_file_name(&name)));
+        }
+    }
+    found.sort();
+    Ok(found.into_iter().map(|(_, path)| path).collect())
+}
+
+/// The number of a later segment, at least four digits behind the last dot.
+fn number(stem: &str) -> Option<u32> {
+    let (_, digits) = stem.rsplit_once('.')?;
+    (digits.len() >= 4 && digits.bytes().all(|b| b.is_ascii_digit())).then(|| digits.parse().ok())?
+}
+
+/// The recording of the fluid's particles beside that of the small topics, if there is one.
+#[must_use]
+pub fn fluid_beside(path: &Path) -> Option<PathBuf> {
+    let first = if path.is_dir() { path.join(RUN) } else { path.to_owned() };
+    let beside = first.with_file_name(FLUID);
+    (first.file_name().is_some_and(|n| n == RUN) && beside.is_file()).then_some(beside)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn segments_come_in_order_and_fluid_apart() {
+        let dir = tempfile::tempdir().unwrap();
+        let names = ["run.mcap", "run.0010.mcap", "run.0002.mcap", "run.fluid.mcap", "run.fluid.0001.mcap"];
+        for name in names.iter().chain(&["run.recovered.mcap", "run.01.mcap", "other.mcap", "run.0003.txt"]) {
+            std::fs::write(dir.path().join(name), "").unwrap();
+        }
+        let named = |path: &Path| -> Vec<String> {
+            let name = |p: PathBuf| p.file_name().unwrap().to_string_lossy().into_owned();
+            segments(path).unwrap().into_iter().map(name).collect()
+        };
+        let run = ["run.mcap", "run.0002.mcap", "run.0010.mcap"];
+        assert_eq!(named(dir.path()), run);
+        assert_eq!(named(&dir.path().join(RUN)), run);
+        assert_eq!(named(&dir.path().join(FLUID)), ["run.fluid.mcap", "run.fluid.0001.mcap"]);
+        assert_eq!(named(&dir.path().join("run.0002.mcap")), ["run.0002.mcap"]);
+        assert_eq!(named(&dir.path().join("other.mcap")), ["other.mcap"]);
+        assert_eq!(fluid_beside(dir.path()), Some(dir.path().join(FLUID)));
+        assert_eq!(fluid_beside(&dir.path().join("other.mcap")), None);
+        assert_eq!(segment(&dir.path().join(FLUID), 1), dir.path().join("run.fluid.0001.mcap"));
+        assert!(matches!(segments(&dir.path().join("absent.mcap")), Err(RecordingError::Absent(_))));
+    }
+}
