@@ -97,7 +97,7 @@ const FULL: [Setup; 5] = [
         along: 6.0,
         count: 4,
         edge: 32,
-        steps: 500_000,
+        steps: 700_000,
         displaced: (30.0, 60.0),
         turned: (16.0, 36.0),
         tolerance: 0.07,
