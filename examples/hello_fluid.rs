@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use squirm::gpu::{Gpu, Session};
-use squirm::graph::{Plan, PlannedStage};
+use squirm::graph::{Checkpoints, Plan, PlannedStage};
 use squirm::params::Values;
 use squirm::state::{Domain, Fluid, Init, Run, System, start};
 use squirm::{diag, stages};
@@ -22,7 +22,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             stages::find(kind).ok_or_else(|| diag::suggestion(kind, stages::REGISTRY.iter().map(|e| e.kind)))?;
         list.push(PlannedStage { entry, values: Values::defaults(&(entry.fields)()) });
     }
-    let plan = Plan { name: "hello".into(), system, stages: list, outputs: Vec::new(), resolved: String::new() };
+    let plan = Plan {
+        name: "hello".into(),
+        system,
+        stages: list,
+        outputs: Vec::new(),
+        checkpoints: Checkpoints::default(),
+        resolved: String::new(),
+    };
 
     let gpu = Gpu::open(None)?;
     let begin = start::start(&plan.system)?;

@@ -24,6 +24,7 @@
 //! - [`stages`] has the physics, one file per stage; [`shader`] and [`buffers`] what their WGSL is made of.
 //! - [`gpu`] runs a plan; [`sim`] runs it to its end and keeps the books; [`mod@bench`] measures its speed.
 //! - [`state`] is the simulated system on the host, [`math`] its mathematics and theory.
+//! - [`checkpoint`] keeps what a run needs to go on; [`segments`] names the files of a recording.
 //! - [`wire`] is the layout of snapshots, [`sink`] where they go, [`analyze`] what reads them again.
 #![deny(missing_docs)]
 #![deny(unsafe_code)]
@@ -31,12 +32,14 @@
 pub mod analyze;
 pub mod bench;
 pub mod buffers;
+pub mod checkpoint;
 pub mod config;
 pub mod diag;
 pub mod gpu;
 pub mod graph;
 pub mod math;
 pub mod params;
+pub mod segments;
 pub mod shader;
 pub mod sim;
 pub mod sink;

@@ -4,6 +4,7 @@
 //! killed. Small topics have a file of their own, so that the scan is short.
 
 use super::{AnalyzeError, Ending, Source, Visit};
+use crate::segments;
 use crate::wire::{Kind, Snapshot};
 use mcap::McapError;
 use mcap::records::{Record, op};
@@ -18,23 +19,47 @@ const LONGEST: usize = 1 << 33;
 /// How much is read at a time, whatever a length that may be damaged asks for.
 const READ: usize = 1 << 20;
 
-/// An MCAP file with snapshots.
+/// A recording with snapshots: its MCAP files, one after the other.
 #[derive(Debug, Clone)]
 pub struct Recording {
-    path: PathBuf,
+    segments: Vec<PathBuf>,
 }
 
 impl Recording {
-    /// The recording at `path`.
+    /// The recording at `path`, or `run.mcap` in that folder, with the segments that a resumed run has added.
     #[must_use]
     pub fn new(path: &Path) -> Self {
-        Self { path: path.into() }
+        Self { segments: segments::of(path) }
     }
 }
 
 impl Source for Recording {
     fn drive(&mut self, topics: &[Kind], visit: &mut Visit<'_>) -> Result<Ending, AnalyzeError> {
-        let mut file = File::open(&self.path).map_err(AnalyzeError::io(&self.path))?;
+        let mut all = Ending::default();
+        let mut going = true;
+        for path in &self.segments {
+            if !going {
+                break;
+            }
+            let mut visit = |snapshot: &Snapshot<'_>| {
+                let flow = visit(snapshot)?;
+                going = flow.is_continue();
+                Ok(flow)
+            };
+            let ending = Segment(path, all.snapshots).drive(topics, &mut visit)?;
+            all.snapshots += ending.snapshots;
+            all.warnings.extend(ending.warnings);
+        }
+        Ok(all)
+    }
+}
+
+/// One file of a recording, and how many snapshots there were in those before it.
+struct Segment<'a>(&'a Path, u64);
+
+impl Source for Segment<'_> {
+    fn drive(&mut self, topics: &[Kind], visit: &mut Visit<'_>) -> Result<Ending, AnalyzeError> {
+        let mut file = File::open(self.0).map_err(AnalyzeError::io(self.0))?;
         let options = LinearReaderOptions::default()
             .with_prevalidate_chunk_crcs(true)
             .with_validate_data_section_crc(true)
@@ -47,15 +72,15 @@ impl Source for Recording {
             let record = match event {
                 Ok(LinearReadEvent::ReadRequest(n)) => {
                     let n = n.clamp(1, READ);
-                    let read = file.read(reader.insert(n)).map_err(AnalyzeError::io(&self.path))?;
+                    let read = file.read(reader.insert(n)).map_err(AnalyzeError::io(self.0))?;
                     at_end = read == 0;
                     reader.notify_read(read);
                     continue;
                 }
                 // Only what the file's end cut off is forgiven, and not without a word.
-                Err(McapError::UnexpectedEof | McapError::UnexpectedEoc) if at_end && ending.snapshots > 0 => {
+                Err(McapError::UnexpectedEof | McapError::UnexpectedEoc) if at_end && self.1 + ending.snapshots > 0 => {
                     let after = ending.snapshots;
-                    let path = self.path.display();
+                    let path = self.0.display();
                     ending.warnings.push(format!(
                         "{path} ends in the middle: the run was killed or is still going; read {after} whole snapshots"
                     ));
@@ -68,7 +93,7 @@ impl Source for Recording {
                     _ => Ok(None),
                 }),
             };
-            match record.map_err(|source| AnalyzeError::Damaged { path: self.path.clone(), source })? {
+            match record.map_err(|source| AnalyzeError::Damaged { path: self.0.into(), source })? {
                 Some(Record::Channel(channel)) => {
                     let kind = channel.topic.strip_prefix("/squirm/").and_then(Kind::from_topic);
                     if let Some(kind) = kind.filter(|k| topics.contains(k)) {

@@ -21,7 +21,7 @@ pub use schema::schema;
 pub use sections::{SECTIONS, STAGE, Section, is_required};
 
 use crate::diag::{self, Diagnostic, Sources, Span};
-use crate::graph::{Output, Plan, PlannedStage};
+use crate::graph::{Checkpoints, Output, Plan, PlannedStage};
 use crate::params::{Params, Values};
 use crate::state::{Domain, Fluid, Init, Run, Species, System};
 use list::Listed;
@@ -83,7 +83,7 @@ pub fn load(path: &str, text: &str, overrides: &[String], base_dir: &Path) -> Re
         if let Some(outputs) = &parsed.outputs {
             outputs::check(outputs, system, &root, &mut found);
         }
-        loaded = plan(path, system, &parsed.stages, parsed.outputs).zip(particles);
+        loaded = plan(path, system, &parsed.stages, parsed.outputs.zip(parsed.checkpoints)).zip(particles);
     }
     let hidden = |d: &Diagnostic| syntax.iter().any(|s| hides(s, d, &sources));
     found.retain(|d| !hidden(d));
@@ -117,13 +117,13 @@ fn with_absolute_start(mut system: System, base_dir: &Path) -> System {
     system
 }
 
-fn plan(path: &str, system: &System, stages: &[Listed], outputs: Option<Vec<Output>>) -> Option<Plan> {
+fn plan(path: &str, system: &System, stages: &[Listed], leaves: Option<(Vec<Output>, Checkpoints)>) -> Option<Plan> {
     let name = Path::new(path).file_stem().map_or_else(|| "run".into(), |s| s.to_string_lossy().into_owned());
     let stages = stages.iter().map(|s| Some(PlannedStage { entry: s.entry, values: s.values.clone()? }));
     let stages: Vec<PlannedStage> = stages.collect::<Option<_>>()?;
-    let outputs = outputs?;
-    let resolved = resolve::write(&name, system, &stages, &outputs);
-    Some(Plan { name, system: system.clone(), stages, outputs, resolved })
+    let (outputs, checkpoints) = leaves?;
+    let resolved = resolve::write(&name, system, &stages, &outputs, &checkpoints);
+    Some(Plan { name, system: system.clone(), stages, outputs, checkpoints, resolved })
 }
 
 /// What could be read of a file; `None` where something of it is wrong.
@@ -132,6 +132,7 @@ struct Parsed {
     stages: Vec<Listed>,
     all_kinds_known: bool,
     outputs: Option<Vec<Output>>,
+    checkpoints: Option<Checkpoints>,
 }
 
 fn read_sections(reader: &mut Reader, root: &Node) -> Parsed {
@@ -146,9 +147,10 @@ fn read_sections(reader: &mut Reader, root: &Node) -> Parsed {
     let init = one::<Init>(reader, root, "init");
     let species = many::<Species>(reader, root, "squirmers");
     let outputs = many::<Output>(reader, root, "output");
+    let checkpoints = one::<Checkpoints>(reader, root, "checkpoint");
     let (stages, all_kinds_known) = list::read(reader, root);
     let system = (|| Some(System { run: run?, domain: domain?, fluid: fluid?, species: species?, init: init? }))();
-    Parsed { system, stages, all_kinds_known, outputs }
+    Parsed { system, stages, all_kinds_known, outputs, checkpoints }
 }
 
 fn unknown_section(reader: &mut Reader, key: &str, span: Span) {

@@ -8,7 +8,13 @@ use std::fmt::Write;
 
 /// Writes the file.
 #[must_use]
-pub fn write(name: &str, system: &System, stages: &[graph::PlannedStage], outputs: &[graph::Output]) -> String {
+pub fn write(
+    name: &str,
+    system: &System,
+    stages: &[graph::PlannedStage],
+    outputs: &[graph::Output],
+    checkpoints: &graph::Checkpoints,
+) -> String {
     let mut text = format!("# {name}: every value of the run, defaults and overrides included.\n");
     for section in SECTIONS {
         let header = section.header();
@@ -18,6 +24,7 @@ pub fn write(name: &str, system: &System, stages: &[graph::PlannedStage], output
             "fluid" => vec![system.fluid.to_values()],
             "init" => vec![system.init.to_values()],
             "squirmers" => system.species.iter().map(Params::to_values).collect(),
+            "checkpoint" => vec![checkpoints.to_values()],
             "output" => outputs.iter().map(Params::to_values).collect(),
             other => {
                 debug_assert_eq!(other, STAGE);

@@ -1,6 +1,6 @@
 //! The sections of a pipeline file: one table that drives parsing, documentation and the schema.
 
-use crate::graph::Output;
+use crate::graph::{Checkpoints, Output};
 use crate::params::{Field, Params};
 use crate::state::{Domain, Fluid, Init, Run, Species};
 
@@ -53,6 +53,7 @@ pub const SECTIONS: &[Section] = &[
     Section::of::<Init>("init", false),
     Section { name: STAGE, repeated: true, summary: stage_summary, fields: Vec::new },
     Section::of::<Output>("output", true),
+    Section::of::<Checkpoints>("checkpoint", false),
 ];
 
 fn stage_summary() -> &'static str {

@@ -10,5 +10,5 @@ pub mod small;
 pub mod traffic;
 
 pub use kernels::{Kernel, Use, constants, kernels};
-pub use plan::{Output, Plan, PlannedStage};
+pub use plan::{Checkpoints, Output, Plan, PlannedStage};
 pub use sizes::{SHOWN, memory, sizes};

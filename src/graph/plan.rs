@@ -1,7 +1,7 @@
 //! The validated plan that configuration produces and the simulation executes.
 
 use crate::params;
-use crate::params::Values;
+use crate::params::{Params, Values};
 use crate::stages::Entry;
 use crate::state::System;
 
@@ -20,6 +20,24 @@ params! {
         pub block: u32 = 2u32; "a", Integer { min: 1, max: 64 };
         /// Share of the fluid particles taken, for `particles`.
         pub fraction: f64 = 0.1; "", Float { min: 0.0, max: 1.0 };
+    }
+}
+
+params! {
+    /// Checkpoints, from which a run that was ended, killed or cut off goes on.
+    pub struct Checkpoints {
+        /// Whether to write any; without them a run that ends early cannot go on.
+        pub enabled: bool = true; "", Boolean;
+        /// Wall time between two; 0 writes none by the clock.
+        pub minutes: f64 = 10.0; "min", Float { min: 0.0, max: 100_000.0 };
+        /// Also after every so many steps; 0 writes none by steps.
+        pub every: u64 = 0u64; "steps", Integer { min: 0, max: i64::MAX };
+    }
+}
+
+impl Default for Checkpoints {
+    fn default() -> Self {
+        Self::from_values(&Values::defaults(&Self::fields()))
     }
 }
 
@@ -43,6 +61,8 @@ pub struct Plan {
     pub stages: Vec<PlannedStage>,
     /// What leaves the run.
     pub outputs: Vec<Output>,
+    /// When checkpoints are written.
+    pub checkpoints: Checkpoints,
     /// The fully resolved pipeline file: every default written out; reads back as the same plan.
     pub resolved: String,
 }

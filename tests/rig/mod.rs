@@ -2,7 +2,7 @@
 #![allow(dead_code)]
 
 use squirm::gpu::{Form, Gpu, Session};
-use squirm::graph::{Plan, PlannedStage};
+use squirm::graph::{Checkpoints, Plan, PlannedStage};
 use squirm::params::{Value, Values};
 use squirm::stages;
 use squirm::state::{Domain, Fluid, Init, Run, SemiAxes, Species, State, System, Walls};
@@ -63,7 +63,14 @@ pub fn plan(system: &System, kinds: &[&str], changes: &[(&str, &'static str, Val
             PlannedStage { entry, values }
         })
         .collect();
-    Plan { name: "test".into(), system: system.clone(), stages, outputs: Vec::new(), resolved: String::new() }
+    Plan {
+        name: "test".into(),
+        system: system.clone(),
+        stages,
+        outputs: Vec::new(),
+        checkpoints: Checkpoints::default(),
+        resolved: String::new(),
+    }
 }
 
 /// A session at the start of a plan.
