@@ -31,6 +31,7 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("cli", &["analyze", "bench", "config", "diag", "gpu", "graph", "params", "sim", "stages"]),
     ("main", &["cli"]),
     ("squirm-analyze", &["analyze"]),
+    ("squirm-faults", &["analyze", "checkpoint", "wire"]),
     ("squirm-validate", &["analyze", "buffers", "config", "gpu", "graph", "math", "params", "state"]),
 ];
 
@@ -137,7 +138,7 @@ fn arrows_point_down() {
     let (mut wrong, mut used) = (Vec::new(), BTreeSet::new());
     for file in files("src", ".rs").into_iter().chain(files("tools", ".rs")) {
         let room = room(&file);
-        let prefix = if ["cli", "main", "squirm-analyze", "squirm-validate"].contains(&room.as_str()) {
+        let prefix = if ["cli", "main", "squirm-analyze", "squirm-faults", "squirm-validate"].contains(&room.as_str()) {
             "squirm::"
         } else {
             "crate::"
