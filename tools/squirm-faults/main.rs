@@ -82,9 +82,9 @@ fn main() -> ExitCode {
 fn run(case: &Case, common: &Common) -> Result<Vec<Row>, String> {
     let beside = || std::env::current_exe().map(|me| me.with_file_name("squirm")).map_err(|e| e.to_string());
     let squirm = common.squirm.clone().map_or_else(beside, Ok)?;
-    if !squirm.is_file() {
-        return Err(format!("there is no {}: build it, or name it with --squirm", squirm.display()));
-    }
+    let absent = |_| format!("there is no {}: build it, or name it with --squirm", squirm.display());
+    // Runs start in folders of their own.
+    let squirm = squirm.canonicalize().map_err(absent)?;
     let mut random = ChaCha8Rng::seed_from_u64(common.seed);
     match case {
         Case::Kill { count } => kill::kill(&squirm, *count, &mut random),
