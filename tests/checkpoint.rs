@@ -166,6 +166,7 @@ fn what_lacks_its_checkpoint_or_its_recording_is_refused() {
     std::fs::write(dir.join(CURRENT), &kept[0].1[..100]).expect("cut");
     let said = good(folder.path(), &["--out", "d"]);
     assert!(said.contains("was not used: it should have") && said.contains("going on after 28 steps"), "{said}");
+    assert!(dir.join("run.checkpoint.damaged").exists(), "it was put aside");
     assert_eq!(recorded(&dir), (0..=60).step_by(4).collect::<Vec<_>>());
     std::fs::remove_file(dir.join(CURRENT)).expect("removed");
     std::fs::remove_file(dir.join(PREVIOUS)).expect("removed");

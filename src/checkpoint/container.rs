@@ -193,7 +193,7 @@ mod tests {
         assert_eq!(changed(0, 0), Damage::Magic);
         assert_eq!(changed(8, 9), Damage::Version(9));
         assert_eq!(changed(12, 200), Damage::Length { expected: 24 + 32 + 200 * 64, found: 290 });
-        assert_eq!(changed(60, 0), Damage::Header);
+        assert_eq!(changed(56, 0), Damage::Header);
         let last = small().len() - 1;
         assert_eq!(changed(last, 0), Damage::Section("state/positions".into()));
         assert_eq!(decode(Vec::new()), Err(Damage::Length { expected: 8, found: 0 }));

@@ -128,10 +128,9 @@ pub fn load<T>(dir: &Path, usable: impl Fn(&Sections) -> Result<T, Damage>) -> R
 ///
 /// # Errors
 /// If the file cannot be renamed.
-pub fn put_aside(damaged: &Path) -> Result<PathBuf, WriteError> {
-    let aside = damaged.with_file_name(DAMAGED);
-    rename(damaged, &aside).map_err(|source| WriteError { what: "rename", path: damaged.into(), source })?;
-    Ok(aside)
+pub fn put_aside(damaged: &Path) -> Result<(), WriteError> {
+    let failed = |source| WriteError { what: "rename", path: damaged.into(), source };
+    rename(damaged, damaged.with_file_name(DAMAGED)).map_err(failed)
 }
 
 #[cfg(test)]

@@ -107,7 +107,9 @@ pub fn report(loaded: &Loaded, error: &RunError) -> ExitCode {
         });
     }
     render::all(&found, &loaded.sources);
-    ExitCode::from(WRONG_USAGE)
+    // Memory that other programs have may be free tomorrow: the file is not wrong.
+    let short = matches!(error, RunError::Gpu(GpuError::OutOfMemory { .. }));
+    ExitCode::from(if short { RUN_FAILED } else { WRONG_USAGE })
 }
 
 /// A time as people and batch systems write it: seconds, units as in `1d2h30m5s`, or `[DAYS-]HOURS:MINUTES:SECONDS`.

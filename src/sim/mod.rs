@@ -87,6 +87,7 @@ pub fn run(plan: &Plan, options: &Options, watch: &mut dyn Watch) -> Result<Summ
     watch.begin(&session.adapter(), plan.system.run.steps);
     if let Some(saved) = &saved {
         watch.resume(saved.note.step, &remarks(saved, &note));
+        saved.put_aside()?;
     } else {
         directory::check_free(dir)?;
         turns::keep_start(&mut keeper, &session, plan, &note)?;

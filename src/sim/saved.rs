@@ -8,7 +8,7 @@ use crate::gpu::Form;
 use crate::graph::Plan;
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Beginning of the names of sections that hold a buffer.
 const BUFFER: &str = "buffer/";
@@ -50,6 +50,8 @@ pub struct Saved {
     sections: Sections,
     /// What the user should know of how it was found.
     pub remark: Option<String>,
+    /// The newer checkpoint that is damaged.
+    damaged: Option<PathBuf>,
 }
 
 /// The values that decide a plan's trajectory; the form is none, but decides what a checkpoint holds.
@@ -158,12 +160,20 @@ impl Saved {
     pub fn load(dir: &Path) -> Result<Option<Self>, RunError> {
         let found = checkpoint::load(dir, parts)?;
         let saved = |((note, marks, numbers, values), Found { path, sections, refused }): (Parts, Found)| {
-            let remark = refused.map(|(newer, why)| {
+            let remark = refused.as_ref().map(|(newer, why)| {
                 format!("{} was not used: {why}; going on from {} instead", newer.display(), path.display())
             });
-            Self { note, marks, numbers, values, sections, remark }
+            Self { note, marks, numbers, values, sections, remark, damaged: refused.map(|(newer, _)| newer) }
         };
         Ok(found.map(saved))
+    }
+
+    /// Puts a newer checkpoint that is damaged aside, so that it does not take the place of this one when the next is written.
+    ///
+    /// # Errors
+    /// If it cannot be renamed.
+    pub fn put_aside(&self) -> Result<(), RunError> {
+        Ok(self.damaged.as_deref().map_or(Ok(()), checkpoint::put_aside)?)
     }
 
     /// Values in which a plan differs from the run that this is of.
