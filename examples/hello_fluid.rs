@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use squirm::gpu::{Gpu, Session};
-use squirm::graph::{Plan, PlannedStage};
+use squirm::graph::{Checkpoints, Plan, PlannedStage};
 use squirm::params::Values;
 use squirm::state::{Domain, Fluid, Init, Run, System, start};
 use squirm::{diag, stages};
@@ -28,6 +28,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         stages: list,
         outputs: Vec::new(),
         analyzers: Vec::new(),
+        checkpoints: Checkpoints::default(),
         resolved: String::new(),
     };
 

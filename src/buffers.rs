@@ -1,5 +1,9 @@
 //! The catalogue of buffers: every name that a shader may bind, what it holds, how long it lives and how large it is.
 
+mod fault;
+
+pub use fault::{Fault, Site};
+
 use crate::shared;
 
 /// How long a buffer's content means something.
@@ -76,45 +80,6 @@ pub enum Extent {
 
 /// Cells along the edge of the smallest patch of a wall.
 pub const SMALLEST_PATCH: u32 = 4;
-
-/// What can go wrong inside a kernel: a bit of the first word of `faults`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[repr(u32)]
-pub enum Fault {
-    /// A particle is faster than the moment sums allow.
-    Speed = 1,
-    /// A cell holds more contributions than the moment sums allow.
-    Count = 2,
-    /// A sum of squared speeds has wrapped.
-    Energy = 4,
-    /// A steric force, or its sum, left the range of its fixed point.
-    Steric = 8,
-    /// An impulse left the range of its fixed point.
-    Impulse = 16,
-    /// More than seven squirmers are near one cell.
-    Crowded = 32,
-    /// A particle was still inside a squirmer after all its hits and was pushed out.
-    Stuck = 64,
-    /// A velocity is not a number.
-    Nan = 128,
-    /// Too many particles share cells whose lists are full.
-    Spill = 256,
-}
-
-impl Fault {
-    /// Every fault.
-    pub const ALL: &'static [Self] = &[
-        Self::Speed,
-        Self::Count,
-        Self::Energy,
-        Self::Steric,
-        Self::Impulse,
-        Self::Crowded,
-        Self::Stuck,
-        Self::Nan,
-        Self::Spill,
-    ];
-}
 
 /// One buffer of the catalogue.
 #[derive(Debug, Clone, Copy)]
@@ -377,7 +342,13 @@ pub const CATALOGUE: &[Buffer] = &[
         6,
         "sum y (v - u_w) along x and z and sum y^2 of this step beside each patch of the walls: three wide sums, else zero",
     ),
-    buffer("faults", Persistent, One, 8, "what went wrong: flags, where and when first"),
+    buffer(
+        "faults",
+        Persistent,
+        One,
+        8,
+        "what went wrong: flags; where, in which cell, with which particle or squirmer, and in which step first (shaders/lib/fault.wgsl)",
+    ),
     buffer("shift", Derived(&[]), One, 4, "grid shift of this step, in coordinate units"),
     buffer("shift_before", Persistent, One, 4, "grid shift of the step before, in coordinate units"),
     buffer(

@@ -24,6 +24,7 @@
 //! - [`stages`] has the physics, one file per stage; [`shader`] and [`buffers`] what their WGSL is made of.
 //! - [`gpu`] runs a plan; [`sim`] runs it to its end and keeps the books; [`mod@bench`] measures its speed.
 //! - [`state`] is the simulated system on the host, [`math`] its mathematics and theory.
+//! - [`checkpoint`] keeps what a run needs to go on.
 //! - [`wire`] is the layout of snapshots, [`sink`] where they go, [`recording`] files of them, which [`mod@replay`] publishes again, [`export`] makes of
 //!   them what other people's tools read, [`analyze`] what reads them again.
 #![deny(missing_docs)]
@@ -32,6 +33,7 @@
 pub mod analyze;
 pub mod bench;
 pub mod buffers;
+pub mod checkpoint;
 pub mod config;
 pub mod diag;
 pub mod export;

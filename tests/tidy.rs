@@ -14,6 +14,8 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("params", &[]),
     ("shared", &[]),
     ("wire", &[]),
+    ("segments", &[]),
+    ("checkpoint", &[]),
     ("buffers", &["shared"]),
     ("shader", &["buffers", "math"]),
     ("state", &["buffers", "math", "params"]),
@@ -26,7 +28,7 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("graph", &["analyze", "buffers", "math", "params", "shader", "stages", "state"]),
     ("config", &["analyze", "buffers", "diag", "graph", "math", "params", "stages", "state", "wire"]),
     ("gpu", &["buffers", "graph", "math", "shader", "stages", "state"]),
-    ("sim", &["analyze", "buffers", "gpu", "graph", "sink", "state", "wire"]),
+    ("sim", &["analyze", "buffers", "checkpoint", "gpu", "graph", "sink", "state", "wire"]),
     ("bench", &["buffers", "gpu", "graph", "sim", "state"]),
     ("lib", &[]),
     (
@@ -50,6 +52,7 @@ const ROOMS: &[(&str, &[&str])] = &[
     ),
     ("main", &["cli"]),
     ("squirm-analyze", &["analyze", "params"]),
+    ("squirm-faults", &["analyze", "checkpoint", "wire"]),
     ("squirm-validate", &["analyze", "buffers", "config", "gpu", "graph", "math", "params", "state"]),
 ];
 
@@ -156,7 +159,7 @@ fn arrows_point_down() {
     let (mut wrong, mut used) = (Vec::new(), BTreeSet::new());
     for file in files("src", ".rs").into_iter().chain(files("tools", ".rs")) {
         let room = room(&file);
-        let prefix = if ["cli", "main", "squirm-analyze", "squirm-validate"].contains(&room.as_str()) {
+        let prefix = if ["cli", "main", "squirm-analyze", "squirm-faults", "squirm-validate"].contains(&room.as_str()) {
             "squirm::"
         } else {
             "crate::"

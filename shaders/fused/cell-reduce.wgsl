@@ -4,6 +4,7 @@
 //!include cells
 //!include particles
 //!include contribution
+//!include fault
 //!include lanes
 
 @group(0) @binding(0) var<uniform> system: SystemUniform;
@@ -15,6 +16,7 @@
 @group(0) @binding(6) var<storage, read_write> spills: array<atomic<u32>>;
 @group(0) @binding(7) var<storage, read_write> moments: array<vec4<u32>>;
 @group(0) @binding(8) var<storage, read_write> faults: array<atomic<u32>>;
+var<immediate> now: Now;
 
 fn cell_here(p: vec3<u32>) -> Place {
     return locate(p, vec3<u32>(shift[0], shift[1], shift[2]));
@@ -39,7 +41,7 @@ fn tally_at(i: u32, position: vec3<u32>) {
     }
     let entry = 1u + atomicAdd(&spills[0], 1u);
     if entry > system.spill_room {
-        atomicOr(&faults[0], FAULT_SPILL);
+        report(FAULT_SPILL, cell, Witness(SITE_CELL_REDUCE, i, UNKNOWN));
         return;
     }
     atomicStore(&spills[spill_entry(entry)], i);
@@ -59,11 +61,11 @@ fn tally(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) group
     }
 }
 
-fn with_particle(before: Sums, i: u32) -> Sums {
+fn with_particle(before: Sums, cell: u32, i: u32) -> Sums {
     let v = velocity_at(i);
     let fault = fault_of(square_of(v));
     if fault != 0u {
-        atomicOr(&faults[0], fault);
+        report(fault, cell, Witness(SITE_CELL_REDUCE, i, now.step_low));
         return before;
     }
     return sum_of(before, contribution(ONE_PARTICLE, cell_here(position_at(i)).offset, v));
@@ -74,12 +76,12 @@ fn gathered(cell: u32, part: u32) -> Sums {
     var s: Sums;
     let count = atomicLoad(&cell_counts[cell]);
     for (var k = part; k < min(count, system.list_room); k += LANES) {
-        s = with_particle(s, cell_lists[cell * system.list_room + k]);
+        s = with_particle(s, cell, cell_lists[cell * system.list_room + k]);
     }
     if count > system.list_room && part == 0u {
         var entry = atomicLoad(&spills[spill_head(cell)]);
         while entry != 0u {
-            s = with_particle(s, atomicLoad(&spills[spill_entry(entry)]));
+            s = with_particle(s, cell, atomicLoad(&spills[spill_entry(entry)]));
             entry = atomicLoad(&spills[spill_entry(entry) + 1u]);
         }
         atomicStore(&spills[spill_head(cell)], 0u);

@@ -40,7 +40,7 @@ fn tally(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) group
     if number < system.list_room {
         cell_lists[place.cell * system.list_room + number] = first + lane;
     } else {
-        deposit(ONE_GHOST, place.cell, place.offset, moving_ghost(i, drawn(i, index)));
+        deposit(ONE_GHOST, place.cell, place.offset, moving_ghost(i, drawn(i, index)), Witness(SITE_SQUIRMER_FILL, i, now.step_low));
     }
 }
 
@@ -61,7 +61,7 @@ fn gather(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) grou
         let number = cell_lists[cell * system.list_room + k];
         let i = number / system.ghost_stride;
         let g = drawn(i, number % system.ghost_stride);
-        s = with_one(s, ONE_GHOST, ghost_place(i, g.s).offset, moving_ghost(i, g));
+        s = with_one(s, ONE_GHOST, cell, ghost_place(i, g.s).offset, moving_ghost(i, g), Witness(SITE_SQUIRMER_FILL, i, now.step_low));
     }
     // Nobody empties the list before all have read its length.
     s = added_across_lanes(s);

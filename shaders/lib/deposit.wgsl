@@ -1,5 +1,6 @@
 // Adds particles to the moments of their cell. The including file binds `moments` and `faults` as atomics.
 //!include contribution
+//!include fault
 
 fn deposit3(word: u32, a: vec3<i32>) {
     atomicAdd(&moments[word], bitcast<u32>(a.x));
@@ -25,20 +26,20 @@ fn deposit_sums(cell: u32, s: Sums) {
 }
 
 // x from the cell's centre.
-fn deposit(one: u32, cell: u32, x: vec3<f32>, v: vec3<f32>) {
+fn deposit(one: u32, cell: u32, x: vec3<f32>, v: vec3<f32>, by: Witness) {
     let fault = fault_of(square_of(v));
     if fault != 0u {
-        atomicOr(&faults[0], fault);
+        report(fault, cell, by);
         return;
     }
     deposit_sums(cell, contribution(one, x, v));
 }
 
 // The sums with one more, x from the cell's centre.
-fn with_one(before: Sums, one: u32, x: vec3<f32>, v: vec3<f32>) -> Sums {
+fn with_one(before: Sums, one: u32, cell: u32, x: vec3<f32>, v: vec3<f32>, by: Witness) -> Sums {
     let fault = fault_of(square_of(v));
     if fault != 0u {
-        atomicOr(&faults[0], fault);
+        report(fault, cell, by);
         return before;
     }
     return sum_of(before, contribution(one, x, v));

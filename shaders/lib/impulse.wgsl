@@ -13,9 +13,9 @@ fn add_wide_impulse(word: u32, low: i32) {
     }
 }
 
-fn add_impulse(squirmer: u32, force: vec3<f32>, torque: vec3<f32>) {
-    let f = impulse_fixed(force, FORCE_SCALE);
-    let t = impulse_fixed(torque, TORQUE_SCALE);
+fn add_impulse(squirmer: u32, force: vec3<f32>, torque: vec3<f32>, by: Witness) {
+    let f = impulse_fixed(force, FORCE_SCALE, by);
+    let t = impulse_fixed(torque, TORQUE_SCALE, by);
     for (var k = 0u; k < 3u; k++) {
         add_wide_impulse(squirmer * IMPULSE_WORDS + 2u * k, f[k]);
         add_wide_impulse(squirmer * IMPULSE_WORDS + 6u + 2u * k, t[k]);

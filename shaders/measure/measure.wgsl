@@ -51,7 +51,7 @@ fn reduce(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) grou
     let i = invocation(group, groups, lane);
     if i < system.particle_count {
         let place = locate(position_at(i), vec3<u32>(0u));
-        deposit(ONE_PARTICLE, place.cell, place.offset, velocity_at(i));
+        deposit(ONE_PARTICLE, place.cell, place.offset, velocity_at(i), Witness(SITE_SNAPSHOT, i, UNKNOWN));
     }
 }
 

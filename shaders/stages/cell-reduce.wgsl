@@ -10,6 +10,7 @@
 @group(0) @binding(3) var<storage, read> shift: array<u32>;
 @group(0) @binding(4) var<storage, read_write> moments: array<atomic<u32>>;
 @group(0) @binding(5) var<storage, read_write> faults: array<atomic<u32>>;
+var<immediate> now: Now;
 
 // A workgroup clears the words of its 64 cells side by side.
 @compute @workgroup_size(WORKGROUP)
@@ -30,5 +31,5 @@ fn reduce(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) grou
         return;
     }
     let place = locate(position_at(i), vec3<u32>(shift[0], shift[1], shift[2]));
-    deposit(ONE_PARTICLE, place.cell, place.offset, velocity_at(i));
+    deposit(ONE_PARTICLE, place.cell, place.offset, velocity_at(i), Witness(SITE_CELL_REDUCE, i, now.step_low));
 }

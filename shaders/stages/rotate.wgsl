@@ -4,6 +4,7 @@
 //!include rng
 //!include moments-load
 //!include operator-store
+//!include fault
 
 @group(0) @binding(0) var<uniform> system: SystemUniform;
 @group(0) @binding(1) var<uniform> settings: RotateSettings;
@@ -15,7 +16,7 @@ var<immediate> now: Now;
 // The map that the stage makes anew, whatever there was before.
 fn rotated(cell: u32, m: Moments, before: Operator) -> Operator {
     if m.faults != 0u {
-        atomicOr(&faults[0], m.faults);
+        report(m.faults, cell, Witness(SITE_ROTATE, UNKNOWN, now.step_low));
     }
     var o = no_collision();
     if m.count >= 2.0 {

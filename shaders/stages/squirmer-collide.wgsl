@@ -60,7 +60,7 @@ fn mark(cell: u32, i: u32) {
     if slot < MAP_SLOTS {
         atomicStore(&squirmer_map[word + 1u + slot], i);
     } else {
-        atomicOr(&faults[0], FAULT_CROWDED);
+        report(FAULT_CROWDED, cell, Witness(SITE_SQUIRMER_COLLIDE, i, UNKNOWN));
     }
 }
 
@@ -196,7 +196,7 @@ fn bounce(start: Path, e: Event, elapsed: f32) -> Path {
         let v = p.velocity;
         p.velocity = 2.0 * surface - v;
         let j = v - p.velocity;
-        add_impulse(i, j, cross3(s, j));
+        add_impulse(i, j, cross3(s, j), Witness(SITE_SQUIRMER_COLLIDE, i, UNKNOWN));
     }
     return p;
 }
@@ -315,7 +315,7 @@ fn settle(followed: Followed, rest: f32) -> Followed {
         }
     }
     if inside_any(out.path) {
-        atomicOr(&faults[0], FAULT_STUCK);
+        report(FAULT_STUCK, UNKNOWN, Witness(SITE_SQUIRMER_COLLIDE, UNKNOWN, UNKNOWN));
     }
     return out;
 }

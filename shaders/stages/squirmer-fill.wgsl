@@ -124,7 +124,7 @@ fn fill(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups
     }
     let g = ghost(i, index, kind, squirmers[i].orientation, settings.continued == 1u);
     let place = ghost_place(i, g.s);
-    deposit(ONE_GHOST, place.cell, place.offset, moving_ghost(i, g));
+    deposit(ONE_GHOST, place.cell, place.offset, moving_ghost(i, g), Witness(SITE_SQUIRMER_FILL, i, now.step_low));
 }
 
 // The momentum that the ghosts gain in the collision is the squirmer's.
@@ -141,8 +141,9 @@ fn receive(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) gro
             let place = ghost_place(i, g.s);
             let v = moving_ghost(i, g);
             let gain = collided(operator_at(place.cell), place.offset, v) - v;
-            collect3(lane, 0u, impulse_fixed(gain, FORCE_SCALE));
-            collect3(lane, 3u, impulse_fixed(cross3(g.s, gain), TORQUE_SCALE));
+            let by = Witness(SITE_SQUIRMER_FILL, i, now.step_low);
+            collect3(lane, 0u, impulse_fixed(gain, FORCE_SCALE, by));
+            collect3(lane, 3u, impulse_fixed(cross3(g.s, gain), TORQUE_SCALE, by));
         }
     }
     workgroupBarrier();

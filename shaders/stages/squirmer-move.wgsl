@@ -4,6 +4,7 @@
 //!include rigid
 //!include steric
 //!include wall-impulse
+//!include fault
 
 @group(0) @binding(0) var<uniform> system: SystemUniform;
 @group(0) @binding(1) var<uniform> settings: SquirmerMoveSettings;
@@ -22,14 +23,18 @@ const STERIC_WORDS: u32 = 8u;
 // Partners and walls that may act on one squirmer; the fixed-point scales leave room for as many at their largest force.
 const MOST_CONTACTS = 64u;
 
+fn report_steric(i: u32) {
+    report(FAULT_STERIC, UNKNOWN, Witness(SITE_SQUIRMER_MOVE, i, UNKNOWN));
+}
+
 // Moves the centre: whole coordinate units, the rest is kept in `remainder` so that slow motion is not lost.
 // More than an eighth of a turn at once is a fault.
-fn shifted(before: SquirmerState) -> SquirmerState {
+fn shifted(i: u32, before: SquirmerState) -> SquirmerState {
     var s = before;
     let path = fma(s.velocity, settings.half_step * system.units, s.remainder);
     let whole = floor(path);
     if !all(abs(whole) < vec3<f32>(536870912.0)) {
-        atomicOr(&faults[0], FAULT_STERIC);
+        report_steric(i);
         return s;
     }
     let step = vec3<i32>(whole);
@@ -41,7 +46,7 @@ fn shifted(before: SquirmerState) -> SquirmerState {
     if system.walled == 1u {
         turns.y = 0;
         if s.position.y >= 0x80000000u {
-            atomicOr(&faults[0], FAULT_STERIC);
+            report_steric(i);
             s.position.y = select(0u, 0x7fffffffu, step.y > 0);
         }
     }
@@ -50,12 +55,12 @@ fn shifted(before: SquirmerState) -> SquirmerState {
 }
 
 // Half a substep of free motion; adds its share to the mean velocity and angular velocity of the step.
-fn drifted(before: SquirmerState) -> SquirmerState {
+fn drifted(i: u32, before: SquirmerState) -> SquirmerState {
     let kind = species[before.species];
     if kind.held == 1u {
         return before;
     }
-    var s = shifted(before);
+    var s = shifted(i, before);
     s.orientation = turned(s.orientation, s.angular_momentum, settings.half_step, kind.inertia_along, kind.inertia_across);
     let e = 0.5 * (body_axis(before.orientation) + body_axis(s.orientation));
     let spin = top_velocity(e, s.angular_momentum, kind.inertia_along, kind.inertia_across);
@@ -77,7 +82,7 @@ fn drift_first(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups)
         s.drift = vec3<f32>(0.0);
         s.spin = vec3<f32>(0.0);
     }
-    squirmers[i] = drifted(s);
+    squirmers[i] = drifted(i, s);
 }
 
 @compute @workgroup_size(WORKGROUP)
@@ -120,12 +125,12 @@ struct Sum {
     contacts: i32,
 }
 
-fn add_contact(before: Sum, force: vec3<f32>, torque: vec3<f32>) -> Sum {
+fn add_contact(i: u32, before: Sum, force: vec3<f32>, torque: vec3<f32>) -> Sum {
     var sum = before;
     sum.contacts = sum.contacts + 1;
     let fits = all(abs(force) <= vec3<f32>(1.001 * settings.max_force)) && all(abs(torque) <= vec3<f32>(settings.max_torque));
     if !fits {
-        atomicOr(&faults[0], FAULT_STERIC);
+        report_steric(i);
         return sum;
     }
     sum.force = sum.force + vec3<i32>(round(force * settings.force_scale));
@@ -133,18 +138,18 @@ fn add_contact(before: Sum, force: vec3<f32>, torque: vec3<f32>) -> Sum {
     return sum;
 }
 
-fn add_wall(sum: Sum, body: Spheroid, height: f32, inward: f32) -> Sum {
+fn add_wall(i: u32, sum: Sum, body: Spheroid, height: f32, inward: f32) -> Sum {
     let c = wall_contact(body, height, inward);
     if c.gap >= settings.cutoff {
         return sum;
     }
     let strength = repulsion(c, settings.sigma, settings.epsilon, settings.max_force);
-    return add_contact(sum, strength * c.by_shift, strength * c.by_turn_b);
+    return add_contact(i, sum, strength * c.by_shift, strength * c.by_turn_b);
 }
 
 // The wall receives the opposite of what it gives a free squirmer in this substep.
 fn lean_on_wall(before: Sum, i: u32, body: Spheroid, wall: u32, height: f32) -> Sum {
-    let after = add_wall(before, body, height, select(1.0, -1.0, wall == 1u));
+    let after = add_wall(i, before, body, height, select(1.0, -1.0, wall == 1u));
     let given = vec3<f32>(after.force - before.force) * (1.0 / settings.force_scale);
     if any(given != vec3<f32>(0.0)) && species[squirmers[i].species].held == 0u {
         add_wall_impulse(i / WORKGROUP, wall, -2.0 * settings.half_step * given);
@@ -163,7 +168,7 @@ fn add_partner(sum: Sum, i: u32, body: Spheroid, j: u32) -> Sum {
         return sum;
     }
     if square < 1e-8 * reach * reach {
-        atomicOr(&faults[0], FAULT_STERIC);
+        report_steric(i);
         return sum;
     }
     var c: Contact;
@@ -177,9 +182,9 @@ fn add_partner(sum: Sum, i: u32, body: Spheroid, j: u32) -> Sum {
     }
     let strength = repulsion(c, settings.sigma, settings.epsilon, settings.max_force);
     if i == low {
-        return add_contact(sum, -strength * c.by_shift, strength * c.by_turn_a);
+        return add_contact(i, sum, -strength * c.by_shift, strength * c.by_turn_a);
     }
-    return add_contact(sum, strength * c.by_shift, strength * c.by_turn_b);
+    return add_contact(i, sum, strength * c.by_shift, strength * c.by_turn_b);
 }
 
 fn may_touch(i: u32, position: vec3<u32>, j: u32) -> bool {
@@ -273,7 +278,7 @@ fn take_steric(i: u32) -> Load {
     let force = vec3<f32>(take_sum(word), take_sum(word + 1u), take_sum(word + 2u));
     let torque = vec3<f32>(take_sum(word + 3u), take_sum(word + 4u), take_sum(word + 5u));
     if take_sum(word + 6u) > f32(MOST_CONTACTS) {
-        atomicOr(&faults[0], FAULT_STERIC);
+        report_steric(i);
     }
     let load = Load(force * (1.0 / settings.force_scale), torque * (1.0 / settings.torque_scale));
     steric[2u * i] = vec4<f32>(load.force, 0.0);
@@ -295,5 +300,5 @@ fn kick_drift(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) 
         s.velocity = fma(load.force + kind.force, vec3<f32>(substep / kind.mass), s.velocity);
         s.angular_momentum = fma(load.torque, vec3<f32>(substep), s.angular_momentum);
     }
-    squirmers[i] = drifted(s);
+    squirmers[i] = drifted(i, s);
 }

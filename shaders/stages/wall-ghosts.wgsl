@@ -240,7 +240,7 @@ fn fill(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups
         time = arrived.y;
         if arrived.x < c.expected {
             let g = wall_ghost(c, index, u);
-            sums = with_one(sums, ONE_GHOST, g.x, g.v);
+            sums = with_one(sums, ONE_GHOST, c.cell, g.x, g.v, Witness(SITE_WALL_GHOSTS, UNKNOWN, now.step_low));
         }
     }
     deposit_part(c.cell, part, LANES, added_across_lanes(sums));
@@ -266,7 +266,7 @@ fn receive(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) gro
         time = arrived.y;
         if arrived.x < c.expected {
             let g = wall_ghost(c, index, u);
-            let gain = impulse_fixed(collided(o, g.x, g.v) - g.v, WALL_SCALE);
+            let gain = impulse_fixed(collided(o, g.x, g.v) - g.v, WALL_SCALE, Witness(SITE_WALL_GHOSTS, UNKNOWN, now.step_low));
             low += gain & vec3<i32>(0xffff);
             high += gain >> vec3<u32>(16u);
         }

@@ -99,8 +99,10 @@ fn run(
     (adapter, form): (Option<&str>, Form),
     stop: &dyn Fn() -> bool,
 ) -> Result<f64, BenchError> {
-    let options =
-        Options { out: out.to_owned(), adapter: adapter.map(str::to_owned), command: "squirm bench".into(), form };
-    let summary = sim::run(plan, &options, &mut Silent(stop))?;
+    let mut plan = plan.clone();
+    plan.checkpoints.enabled = false;
+    let (out, adapter, command) = (out.to_owned(), adapter.map(str::to_owned), "squirm bench".into());
+    let options = Options { out, adapter, command, form, ..Options::default() };
+    let summary = sim::run(&plan, &options, &mut Silent(stop))?;
     if summary.stopped { Err(BenchError::Stopped) } else { Ok(summary.speed.seconds) }
 }

@@ -18,9 +18,19 @@ pub struct Args {
     file: PathBuf,
     #[command(flatten)]
     overrides: Overrides,
-    /// Folder for everything that the run writes [default: runs/NAME, or runs/NAME-2 and so on].
+    /// Folder for everything that the run writes. If it holds a checkpoint of the same configuration, the run goes on from there
+    /// [default: the folder of the last run of this configuration, or a new one: runs/NAME, or runs/NAME-2 and so on].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Begin anew, in a folder that holds no run.
+    #[arg(long)]
+    fresh: bool,
+    /// Write a checkpoint and end within this time, status 0: seconds, or as in 90m, 23h30m, 23:30:00, 1-12:00:00.
+    #[arg(long, value_name = "TIME", value_parser = walltime)]
+    walltime: Option<Duration>,
+    /// For tests: break something on purpose, as in nan@120, infinity@120, lost@120 after 120 steps.
+    #[arg(long, value_name = "WHAT@STEP", hide = true)]
+    inject: Option<squirm::sim::Injection>,
     /// GPU to use: part of its name, or its number in `squirm adapters`.
     #[arg(long, value_name = "NAME|INDEX", value_parser = clap::builder::NonEmptyStringValueParser::new())]
     adapter: Option<String>,
@@ -34,6 +44,7 @@ pub struct Args {
 
 /// Runs the file.
 pub fn run(args: &Args) -> ExitCode {
+    let deadline = args.walltime.map(|time| Instant::now() + time);
     let loaded = match load(&args.file, &args.overrides.set) {
         Ok(loaded) => loaded,
         Err(code) => return code,
@@ -42,12 +53,15 @@ pub fn run(args: &Args) -> ExitCode {
         render::all(&loaded.warnings, &loaded.sources);
         super::tell_warnings();
     }
-    let out = args.out.clone().unwrap_or_else(|| free_directory(&loaded.plan.name));
+    let out = args.out.clone().unwrap_or_else(|| squirm::sim::choose(&loaded.plan, args.plan.into(), args.fresh));
     let options = Options {
         out,
         adapter: args.adapter.clone(),
         command: std::env::args().collect::<Vec<_>>().join(" "),
         form: args.plan.into(),
+        fresh: args.fresh,
+        deadline,
+        inject: args.inject,
     };
     let signal = super::signals::first();
     let mut watch = Progress::default();
@@ -57,7 +71,15 @@ pub fn run(args: &Args) -> ExitCode {
             drop(watch);
             let written = format!("{summary}\n  in {}\n", options.out.display());
             let status = if args.quiet { ExitCode::SUCCESS } else { print(&written) };
-            if summary.stopped { super::signals::status(&signal) } else { status }
+            let signalled = signal.load(Ordering::Relaxed) != 0;
+            if summary.stopped && signalled { super::signals::status(&signal) } else { status }
+        }
+        Err(finished @ RunError::Finished { .. }) => {
+            drop(watch);
+            if !args.quiet {
+                say!("{finished}");
+            }
+            ExitCode::SUCCESS
         }
         Err(error) => {
             drop(watch);
@@ -77,20 +99,51 @@ pub fn report(loaded: &Loaded, error: &RunError) -> ExitCode {
     if found.is_empty() {
         say!("error: {error}");
         return ExitCode::from(match error {
-            RunError::Occupied(_) | RunError::NoDirectory(_) | RunError::Gpu(GpuError::NoSuchAdapter { .. }) => {
-                WRONG_USAGE
-            }
+            RunError::Occupied(_)
+            | RunError::NotFresh(_)
+            | RunError::NoDirectory(_)
+            | RunError::Differs { .. }
+            | RunError::Gpu(GpuError::NoSuchAdapter { .. }) => WRONG_USAGE,
             _ => RUN_FAILED,
         });
     }
     render::all(&found, &loaded.sources);
-    ExitCode::from(WRONG_USAGE)
+    // Memory that other programs have may be free tomorrow: the file is not wrong.
+    let short = matches!(error, RunError::Gpu(GpuError::OutOfMemory { .. }));
+    ExitCode::from(if short { RUN_FAILED } else { WRONG_USAGE })
 }
 
-/// `runs/NAME`, or `runs/NAME-2` and so on where there is a run already.
-fn free_directory(name: &str) -> PathBuf {
-    let numbered = |n: u32| PathBuf::from("runs").join(if n == 1 { name.to_owned() } else { format!("{name}-{n}") });
-    (1..).map(numbered).find(|dir| !dir.exists()).unwrap_or_else(|| numbered(1))
+/// A time as people and batch systems write it: seconds, units as in `1d2h30m5s`, or `[DAYS-]HOURS:MINUTES:SECONDS`.
+fn walltime(text: &str) -> Result<Duration, String> {
+    let (days, clock) = match text.split_once('-') {
+        Some((days, clock)) => (days.parse::<u64>().map_err(|_| format!("`{days}` is no number of days"))?, clock),
+        None => (0, text),
+    };
+    let number = |text: &str| text.parse::<u64>().map_err(|_| format!("`{text}` is no whole number"));
+    let mut seconds: u64 = 0;
+    if clock.contains(':') {
+        for part in clock.split(':') {
+            seconds = seconds.saturating_mul(60).saturating_add(number(part)?);
+        }
+    } else {
+        let mut rest = clock;
+        while let Some(end) = rest.find(|c: char| c.is_ascii_alphabetic()) {
+            let unit = match &rest[end..=end] {
+                "d" => 86_400,
+                "h" => 3600,
+                "m" => 60,
+                "s" => 1,
+                other => return Err(format!("`{other}` is no unit: write d, h, m or s")),
+            };
+            seconds = seconds.saturating_add(number(&rest[..end])?.saturating_mul(unit));
+            rest = &rest[end + 1..];
+        }
+        if !rest.is_empty() || clock.is_empty() {
+            seconds = seconds.saturating_add(number(rest)?);
+        }
+    }
+    // Longer than any machine lives, and short enough for every clock.
+    Ok(Duration::from_secs(seconds.saturating_add(days.saturating_mul(86_400)).min(1 << 32)))
 }
 
 /// A bar on a terminal, a line every ten seconds elsewhere.
@@ -100,6 +153,8 @@ struct Progress {
     signal: Arc<AtomicUsize>,
     bar: Option<indicatif::ProgressBar>,
     steps: u64,
+    /// Steps that earlier parts of the run have done.
+    before: u64,
     began: Option<Instant>,
     last: Option<Instant>,
 }
@@ -125,6 +180,18 @@ impl Watch for Progress {
         }
     }
 
+    fn resume(&mut self, step: u64, remarks: &[String]) {
+        remarks.iter().for_each(|remark| say!("warning: {remark}"));
+        if !self.quiet {
+            say!("going on after {step} steps");
+        }
+        self.before = step;
+        if let Some(bar) = &self.bar {
+            bar.set_position(step);
+            bar.reset_eta();
+        }
+    }
+
     fn progress(&mut self, done: u64) {
         if let Some(bar) = &self.bar {
             bar.set_position(done);
@@ -132,12 +199,12 @@ impl Watch for Progress {
         }
         let Some(began) = self.began else { return };
         let elapsed = began.elapsed().as_secs_f64();
-        let due = self.last.is_none_or(|last| last.elapsed() >= Duration::from_secs(10));
-        if done > 0 && (due || done == self.steps) {
+        let due = done > self.before && self.last.is_none_or(|last| last.elapsed() >= Duration::from_secs(10));
+        if due || done == self.steps && done > self.before {
             self.last = Some(Instant::now());
             #[allow(clippy::cast_precision_loss)]
-            let (done_f, rest) = (done as f64, (self.steps - done) as f64);
-            let rate = done_f / elapsed.max(1e-9);
+            let (new, rest) = ((done - self.before) as f64, (self.steps - done) as f64);
+            let rate = new / elapsed.max(1e-9);
             say!("{done}/{} steps, {rate:.1} steps/s, {:.0} s left", self.steps, rest / rate);
         }
     }
@@ -151,6 +218,30 @@ impl Drop for Progress {
     fn drop(&mut self) {
         if let Some(bar) = &self.bar {
             bar.finish_and_clear();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::walltime;
+
+    #[test]
+    fn times_are_read_as_people_write_them() {
+        let cases = [
+            ("90", 90),
+            ("90m", 5400),
+            ("23h30m", 84_600),
+            ("1d2h3m4s", 93_784),
+            ("10:00", 600),
+            ("23:30:00", 84_600),
+            ("1-12:00:00", 129_600),
+        ];
+        for (text, seconds) in cases {
+            assert_eq!(walltime(text).map(|d| d.as_secs()), Ok(seconds), "{text}");
+        }
+        for text in ["", "m", "1x", "1:x", "-5", "1.5h", "h5", "99999999999999999999"] {
+            assert!(walltime(text).is_err(), "{text}");
         }
     }
 }

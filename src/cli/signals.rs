@@ -4,16 +4,26 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
-/// Becomes the number of the first SIGINT or SIGTERM. Without handlers a signal just ends the program.
+/// Becomes the number of the first SIGINT or SIGTERM; SIGUSR1, which batch systems send some time before they kill, counts as
+/// SIGTERM. Without handlers a signal just ends the program.
 pub fn first() -> Arc<AtomicUsize> {
     let (number, again) = (Arc::new(AtomicUsize::new(0)), Arc::new(AtomicBool::new(false)));
-    for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
+    for (signal, as_) in signals() {
         // Registered in this order: the flag is looked at before it is set.
-        let _ = signal_hook::flag::register_conditional_shutdown(signal, 128 + signal, again.clone());
+        let _ = signal_hook::flag::register_conditional_shutdown(signal, 128 + as_, again.clone());
         let _ = signal_hook::flag::register(signal, again.clone());
-        let _ = signal_hook::flag::register_usize(signal, number.clone(), usize::try_from(signal).unwrap_or(0));
+        let _ = signal_hook::flag::register_usize(signal, number.clone(), usize::try_from(as_).unwrap_or(0));
     }
     number
+}
+
+/// Signals that end a run, and the number that each counts as.
+fn signals() -> Vec<(i32, i32)> {
+    use signal_hook::consts::{SIGINT, SIGTERM};
+    let signals = vec![(SIGINT, SIGINT), (SIGTERM, SIGTERM)];
+    #[cfg(unix)]
+    let signals = [signals, vec![(signal_hook::consts::SIGUSR1, SIGTERM)]].concat();
+    signals
 }
 
 /// The exit status of a program that ended because of a signal, as shells report it.

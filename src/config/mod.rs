@@ -22,7 +22,7 @@ pub use schema::schema;
 pub use sections::{SECTIONS, STAGE, Section, is_required};
 
 use crate::diag::{self, Diagnostic, Sources, Span};
-use crate::graph::{AnalyzerProgram, Output, Plan, PlannedStage};
+use crate::graph::{AnalyzerProgram, Checkpoints, Output, Plan, PlannedStage};
 use crate::params::{Params, Values};
 use crate::state::{Domain, Fluid, Init, Run, Species, System};
 use list::Listed;
@@ -87,7 +87,8 @@ pub fn load(path: &str, text: &str, overrides: &[String], base_dir: &Path) -> Re
                 analyzers::check(programs, outputs, system, &root, &mut found);
             }
         }
-        loaded = plan(path, system, &parsed.stages, parsed.outputs, parsed.analyzers).zip(particles);
+        let leaves = (|| Some((parsed.outputs?, parsed.analyzers?, parsed.checkpoints?)))();
+        loaded = plan(path, system, &parsed.stages, leaves).zip(particles);
     }
     let hidden = |d: &Diagnostic| syntax.iter().any(|s| hides(s, d, &sources));
     found.retain(|d| !hidden(d));
@@ -121,19 +122,16 @@ fn with_absolute_start(mut system: System, base_dir: &Path) -> System {
     system
 }
 
-fn plan(
-    path: &str,
-    system: &System,
-    stages: &[Listed],
-    outputs: Option<Vec<Output>>,
-    analyzers: Option<Vec<AnalyzerProgram>>,
-) -> Option<Plan> {
+/// What a run leaves behind, and starts: its outputs, analyzers and checkpoints.
+type Leaves = (Vec<Output>, Vec<AnalyzerProgram>, Checkpoints);
+
+fn plan(path: &str, system: &System, stages: &[Listed], leaves: Option<Leaves>) -> Option<Plan> {
     let name = Path::new(path).file_stem().map_or_else(|| "run".into(), |s| s.to_string_lossy().into_owned());
     let stages = stages.iter().map(|s| Some(PlannedStage { entry: s.entry, values: s.values.clone()? }));
     let stages: Vec<PlannedStage> = stages.collect::<Option<_>>()?;
-    let (outputs, analyzers) = (outputs?, analyzers?);
-    let resolved = resolve::write(&name, system, &stages, &outputs, &analyzers);
-    Some(Plan { name, system: system.clone(), stages, outputs, analyzers, resolved })
+    let (outputs, analyzers, checkpoints) = leaves?;
+    let resolved = resolve::write(&name, system, &stages, &outputs, &analyzers, &checkpoints);
+    Some(Plan { name, system: system.clone(), stages, outputs, analyzers, checkpoints, resolved })
 }
 
 /// What could be read of a file; `None` where something of it is wrong.
@@ -143,6 +141,7 @@ struct Parsed {
     all_kinds_known: bool,
     outputs: Option<Vec<Output>>,
     analyzers: Option<Vec<AnalyzerProgram>>,
+    checkpoints: Option<Checkpoints>,
 }
 
 fn read_sections(reader: &mut Reader, root: &Node) -> Parsed {
@@ -158,9 +157,10 @@ fn read_sections(reader: &mut Reader, root: &Node) -> Parsed {
     let species = many::<Species>(reader, root, "squirmers");
     let outputs = many::<Output>(reader, root, "output");
     let analyzers = many::<AnalyzerProgram>(reader, root, "analyzer");
+    let checkpoints = one::<Checkpoints>(reader, root, "checkpoint");
     let (stages, all_kinds_known) = list::read(reader, root);
     let system = (|| Some(System { run: run?, domain: domain?, fluid: fluid?, species: species?, init: init? }))();
-    Parsed { system, stages, all_kinds_known, outputs, analyzers }
+    Parsed { system, stages, all_kinds_known, outputs, analyzers, checkpoints }
 }
 
 fn unknown_section(reader: &mut Reader, key: &str, span: Span) {

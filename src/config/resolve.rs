@@ -14,6 +14,7 @@ pub fn write(
     stages: &[graph::PlannedStage],
     outputs: &[graph::Output],
     analyzers: &[graph::AnalyzerProgram],
+    checkpoints: &graph::Checkpoints,
 ) -> String {
     let mut text = format!("# {name}: every value of the run, defaults and overrides included.\n");
     for section in SECTIONS {
@@ -24,6 +25,7 @@ pub fn write(
             "fluid" => vec![system.fluid.to_values()],
             "init" => vec![system.init.to_values()],
             "squirmers" => system.species.iter().map(Params::to_values).collect(),
+            "checkpoint" => vec![checkpoints.to_values()],
             "output" => outputs.iter().map(Params::to_values).collect(),
             "analyzer" => analyzers.iter().map(Params::to_values).collect(),
             other => {

@@ -1,6 +1,6 @@
 //! The sections of a pipeline file: one table that drives parsing, documentation and the schema.
 
-use crate::graph::{AnalyzerProgram, Output};
+use crate::graph::{AnalyzerProgram, Checkpoints, Output};
 use crate::params::{Field, Params};
 use crate::state::{Domain, Fluid, Init, Run, Species};
 
@@ -54,6 +54,7 @@ pub const SECTIONS: &[Section] = &[
     Section { name: STAGE, repeated: true, summary: stage_summary, fields: Vec::new },
     Section::of::<Output>("output", true),
     Section::of::<AnalyzerProgram>("analyzer", true),
+    Section::of::<Checkpoints>("checkpoint", false),
 ];
 
 fn stage_summary() -> &'static str {

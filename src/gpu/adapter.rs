@@ -3,6 +3,7 @@
 use super::GpuError;
 use crate::shader::Lanes;
 use std::sync::{Arc, Mutex};
+use std::time::Duration;
 
 /// One adapter, as `squirm adapters` lists it.
 #[derive(Debug, Clone)]
@@ -35,7 +36,14 @@ pub struct Gpu {
     pub(super) timestamps: bool,
     /// Buffers may be declared coherent.
     pub(super) coherent: bool,
-    pub(super) failure: Arc<Mutex<Option<String>>>,
+    pub(super) failure: Arc<Mutex<Failure>>,
+}
+
+/// What the driver has complained about.
+#[derive(Debug, Default)]
+pub(super) struct Failure {
+    first: Option<String>,
+    lost: Option<String>,
 }
 
 const NEEDED: wgpu::Features = wgpu::Features::IMMEDIATES;
@@ -126,11 +134,15 @@ impl Gpu {
         };
         let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
             .map_err(|e| GpuError::Open { adapter: chosen.name.clone(), message: e.to_string() })?;
-        let failure = Arc::new(Mutex::new(None));
+        let failure = Arc::new(Mutex::new(Failure::default()));
         let note = failure.clone();
-        device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| record(&note, error.to_string())));
+        device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
+            record(&note, |f| &mut f.first, error.to_string())
+        }));
         let note = failure.clone();
-        device.set_device_lost_callback(move |reason, message| record(&note, format!("{reason:?}: {message}")));
+        device.set_device_lost_callback(move |reason, message| {
+            record(&note, |f| &mut f.lost, format!("device lost ({reason:?}): {message}"));
+        });
         let mut gpu = Self { summary: chosen, lanes: Lanes::One, device, queue, timestamps, coherent, failure };
         if shares && gpu.summary.kind != "CPU" && gpu.subgroups_are_neighbours() {
             gpu.lanes = Lanes::Four;
@@ -143,15 +155,20 @@ impl Gpu {
     /// # Errors
     /// If it has.
     pub fn healthy(&self) -> Result<(), GpuError> {
-        match self.failure.lock().ok().and_then(|mut f| f.take()) {
-            Some(message) => Err(GpuError::Lost(message)),
-            None => Ok(()),
+        let failed = |f: &Failure| f.first.is_some() || f.lost.is_some();
+        if !self.failure.lock().is_ok_and(|f| failed(&f)) {
+            return Ok(());
         }
+        // That a device is lost is told after what fails because of it.
+        let wait = wgpu::PollType::Wait { submission_index: None, timeout: Some(Duration::from_secs(1)) };
+        let _ = self.device.poll(wait);
+        let Failure { first, lost } = self.failure.lock().map(|mut f| std::mem::take(&mut *f)).unwrap_or_default();
+        Err(GpuError::Lost(lost.or(first).unwrap_or_default()))
     }
 }
 
-fn record(failure: &Mutex<Option<String>>, message: String) {
-    if let Ok(mut slot) = failure.lock() {
-        slot.get_or_insert(message);
+fn record(failure: &Mutex<Failure>, slot: fn(&mut Failure) -> &mut Option<String>, message: String) {
+    if let Ok(mut failure) = failure.lock() {
+        slot(&mut failure).get_or_insert(message);
     }
 }

@@ -7,6 +7,7 @@ pub mod kernel;
 mod loose;
 pub mod measure;
 mod neighbours;
+mod persistent;
 pub mod session;
 
 pub use adapter::{Gpu, adapters};
@@ -69,6 +70,16 @@ pub enum GpuError {
         bytes: u64,
         /// The adapter's name.
         adapter: String,
+    },
+    /// A checkpoint's buffer that does not belong to this plan.
+    #[error("buffer `{buffer}` of the checkpoint has {found} bytes, but this program needs {expected}")]
+    Foreign {
+        /// The buffer's name.
+        buffer: String,
+        /// Bytes in the checkpoint.
+        found: u64,
+        /// Bytes that the catalogue says.
+        expected: u64,
     },
     /// A shader does not compose or validate.
     #[error(transparent)]

@@ -72,7 +72,20 @@ impl Session {
     /// # Errors
     /// See [`Session::new`].
     pub fn with_room(gpu: &Gpu, plan: &Plan, state: &State, (form, room): (Form, u64)) -> Result<Self, GpuError> {
-        let sizes = packed::sizes(&plan.system, state.particles.len() as u64);
+        let session = Self::empty(gpu, plan, (state.particles.len() as u64, state.step), (form, room))?;
+        session.upload(state);
+        gpu.healthy()?;
+        Ok(session)
+    }
+
+    /// Buffers and kernels for so many particles at a step, with the settings in place, and all else zero.
+    pub(super) fn empty(
+        gpu: &Gpu,
+        plan: &Plan,
+        (particles, step): (u64, u64),
+        (form, room): (Form, u64),
+    ) -> Result<Self, GpuError> {
+        let sizes = packed::sizes(&plan.system, particles);
         let (modules, ordered) = match form {
             Form::Loose => (plan.stages.iter().map(|s| s.entry.module()).collect::<Result<Vec<_>, _>>()?, None),
             Form::Fused => (Vec::new(), Some(Ordered::new(plan, gpu.lanes, &sizes)?)),
@@ -98,10 +111,11 @@ impl Session {
             buffers,
             steps,
             timing: gpu.timestamps.then(|| Timing::new(gpu, 1 + marks)),
-            step: state.step,
+            step,
         };
-        session.upload(state);
-        gpu.healthy()?;
+        session.write("species", bytemuck::cast_slice(&packed::pack_species(&session.system)));
+        let uniform = packed::system_uniform(&session.system, session.sizes.particles);
+        session.write("system", bytemuck::bytes_of(&uniform));
         Ok(session)
     }
 
@@ -110,9 +124,6 @@ impl Session {
         self.write("positions", bytemuck::cast_slice(&positions));
         self.write("velocities", bytemuck::cast_slice(&velocities));
         self.write("squirmers", bytemuck::cast_slice(&packed::pack_squirmers(&self.system, &state.squirmers)));
-        self.write("species", bytemuck::cast_slice(&packed::pack_species(&self.system)));
-        let uniform = packed::system_uniform(&self.system, self.sizes.particles);
-        self.write("system", bytemuck::bytes_of(&uniform));
     }
 
     /// Name of the adapter.
@@ -188,10 +199,12 @@ impl Session {
             Steps::Fused(fused) => fused.labels(Occasion::Next, first),
         });
         let times = timing.map(|t| t.resolve(&self.gpu, &mut encoder));
+        let faults = super::measure::staging(&self.gpu, self.buffers["faults"].size());
+        encoder.copy_buffer_to_buffer(&self.buffers["faults"], 0, &faults, 0, faults.size());
         self.step += steps;
         let index = self.gpu.queue.submit([encoder.finish()]);
         let times = times.map(super::measure::Readback::map);
-        Submission { index, times: times.zip(labels) }
+        Submission { index, times: times.zip(labels), faults: super::measure::Readback::map(faults) }
     }
 
     fn encode_step(&self, pass: &mut wgpu::ComputePass<'_>, step: u64, timing: Option<&Timing>) {
@@ -262,10 +275,26 @@ impl Session {
         Some(StepTime { stages })
     }
 
+    /// What `faults` held after a submission that has been done.
+    ///
+    /// # Errors
+    /// If it could not be read back.
+    pub fn found(&self, submission: &Submission) -> Result<Vec<u32>, GpuError> {
+        let bytes = submission.faults.take();
+        bytes
+            .map(|b| bytemuck::pod_collect_to_vec(&b))
+            .ok_or_else(|| GpuError::Lost("`faults` was not read back".into()))
+    }
+
     /// Overwrites the beginning of a buffer.
     pub fn write(&self, name: &str, bytes: &[u8]) {
+        self.write_at(name, 0, bytes);
+    }
+
+    /// Overwrites a part of a buffer that begins so many bytes behind its start; both are multiples of 4.
+    pub fn write_at(&self, name: &str, offset: u64, bytes: &[u8]) {
         if !bytes.is_empty() {
-            self.gpu.queue.write_buffer(&self.buffers[name], 0, bytes);
+            self.gpu.queue.write_buffer(&self.buffers[name], offset, bytes);
         }
     }
 
@@ -327,6 +356,7 @@ impl Session {
 pub struct Submission {
     index: wgpu::SubmissionIndex,
     times: Option<(super::measure::Readback, Vec<String>)>,
+    faults: super::measure::Readback,
 }
 
 impl Timing {

@@ -10,5 +10,5 @@ pub mod small;
 pub mod traffic;
 
 pub use kernels::{Kernel, Use, constants, kernels};
-pub use plan::{AnalyzerProgram, Output, Plan, PlannedStage};
+pub use plan::{AnalyzerProgram, Checkpoints, Output, Plan, PlannedStage};
 pub use sizes::{SHOWN, memory, sizes};

@@ -2,7 +2,7 @@
 
 use crate::analyze::kinds::KINDS;
 use crate::params;
-use crate::params::Values;
+use crate::params::{Params, Values};
 use crate::stages::Entry;
 use crate::state::System;
 use std::path::Path;
@@ -70,6 +70,24 @@ impl AnalyzerProgram {
     }
 }
 
+params! {
+    /// Checkpoints, from which a run that was ended, killed or cut off goes on.
+    pub struct Checkpoints {
+        /// Whether to write any; without them a run that ends early cannot go on.
+        pub enabled: bool = true; "", Boolean;
+        /// Wall time between two; 0 writes none by the clock.
+        pub minutes: f64 = 10.0; "min", Float { min: 0.0, max: 100_000.0 };
+        /// Also after every so many steps; 0 writes none by steps.
+        pub every: u64 = 0u64; "steps", Integer { min: 0, max: i64::MAX };
+    }
+}
+
+impl Default for Checkpoints {
+    fn default() -> Self {
+        Self::from_values(&Values::defaults(&Self::fields()))
+    }
+}
+
 /// One stage of the step with its parsed parameters.
 #[derive(Debug, Clone)]
 pub struct PlannedStage {
@@ -92,6 +110,8 @@ pub struct Plan {
     pub outputs: Vec<Output>,
     /// What is started with it.
     pub analyzers: Vec<AnalyzerProgram>,
+    /// When checkpoints are written.
+    pub checkpoints: Checkpoints,
     /// The fully resolved pipeline file: every default written out; reads back as the same plan.
     pub resolved: String,
 }

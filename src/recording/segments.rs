@@ -20,22 +20,27 @@ pub fn segment(first: &Path, number: u32) -> PathBuf {
 /// If there is no such recording, or its folder cannot be read.
 pub fn segments(path: &Path) -> Result<Vec<PathBuf>, RecordingError> {
     let first = if path.is_dir() { path.join(RUN) } else { path.to_owned() };
-    if !first.is_file() {
-        return Err(RecordingError::Absent(first));
-    }
-    let mut found = vec![(0, first.clone())];
+    // A run may begin to record the fluid when it is resumed.
+    let mut found = if first.is_file() { vec![(0, first.clone())] } else { Vec::new() };
     let stem = first.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    if number(&stem).is_some() || first.extension().is_none_or(|e| e != "mcap") {
+    let alone = number(&stem).is_some() || first.extension().is_none_or(|e| e != "mcap");
+    if alone && !found.is_empty() {
         return Ok(vec![first]);
     }
     let folder = first.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let io = RecordingError::io(folder);
+    if alone || !folder.is_dir() {
+        return Err(RecordingError::Absent(first.clone()));
+    }
     for entry in std::fs::read_dir(folder).map_err(&io)? {
         let name = entry.map_err(&io)?.file_name().to_string_lossy().into_owned();
         let later = name.strip_suffix(".mcap").filter(|s| s.rsplit_once('.').is_some_and(|(before, _)| before == stem));
         if let Some(number) = later.and_then(number) {
             found.push((number, first.with_file_name(&name)));
         }
+    }
+    if found.is_empty() {
+        return Err(RecordingError::Absent(first.clone()));
     }
     found.sort();
     Ok(found.into_iter().map(|(_, path)| path).collect())
@@ -47,12 +52,12 @@ fn number(stem: &str) -> Option<u32> {
     (digits.len() >= 4 && digits.bytes().all(|b| b.is_ascii_digit())).then(|| digits.parse().ok())?
 }
 
-/// The recording of the fluid's particles beside that of the small topics, if there is one.
+/// The first segment of the recording of the fluid's particles beside that of the small topics, if there is any of its segments.
 #[must_use]
 pub fn fluid_beside(path: &Path) -> Option<PathBuf> {
     let first = if path.is_dir() { path.join(RUN) } else { path.to_owned() };
     let beside = first.with_file_name(FLUID);
-    (first.file_name().is_some_and(|n| n == RUN) && beside.is_file()).then_some(beside)
+    (first.file_name().is_some_and(|n| n == RUN) && segments(&beside).is_ok()).then_some(beside)
 }
 
 #[cfg(test)]
@@ -80,5 +85,8 @@ mod tests {
         assert_eq!(fluid_beside(&dir.path().join("other.mcap")), None);
         assert_eq!(segment(&dir.path().join(FLUID), 1), dir.path().join("run.fluid.0001.mcap"));
         assert!(matches!(segments(&dir.path().join("absent.mcap")), Err(RecordingError::Absent(_))));
+        assert!(matches!(segments(&dir.path().join("no folder/run.mcap")), Err(RecordingError::Absent(_))));
+        std::fs::remove_file(dir.path().join(FLUID)).unwrap();
+        assert_eq!(named(&fluid_beside(dir.path()).unwrap()), ["run.fluid.0001.mcap"]);
     }
 }

@@ -1,7 +1,7 @@
 //! Composition of one WGSL module from a stage's file, the library files it includes and the structs it shares with Rust.
 
 use super::Shared;
-use crate::buffers::{Fault, Now, SpeciesUniform, SquirmerState, SystemUniform};
+use crate::buffers::{Fault, Now, Site, SpeciesUniform, SquirmerState, SystemUniform};
 use crate::math::rng::Purpose;
 use std::fmt::Write as _;
 
@@ -13,6 +13,7 @@ const LIBRARY: &[(&str, &str)] = &[
     ("deposit", include_str!("../../shaders/lib/deposit.wgsl")),
     ("dispatch", include_str!("../../shaders/lib/dispatch.wgsl")),
     ("exact", include_str!("../../shaders/lib/exact.wgsl")),
+    ("fault", include_str!("../../shaders/lib/fault.wgsl")),
     ("ghosts", include_str!("../../shaders/lib/ghosts.wgsl")),
     ("impulse-fixed", include_str!("../../shaders/lib/impulse-fixed.wgsl")),
     ("impulse", include_str!("../../shaders/lib/impulse.wgsl")),
@@ -59,6 +60,9 @@ pub fn compose(text: &str, settings: &str) -> Result<String, UnknownInclude> {
     }
     for fault in Fault::ALL {
         let _ = writeln!(module, "const FAULT_{}: u32 = {}u;", constant(&format!("{fault:?}")), *fault as u32);
+    }
+    for site in Site::ALL {
+        let _ = writeln!(module, "const SITE_{}: u32 = {}u;", constant(&format!("{site:?}")), *site as u32);
     }
     let mut included = Vec::new();
     include(text, &mut included, &mut module)?;

@@ -38,8 +38,8 @@ pub struct Frame {
     pub torque: Vec<DVec3>,
     /// Momentum that the low and the high wall have received since the start.
     pub wall_impulses: [DVec3; 2],
-    /// Flags of [`Fault`].
-    pub faults: u32,
+    /// The words of `faults`.
+    pub faults: Vec<u32>,
     fields: Vec<f32>,
     samples: Vec<u32>,
 }
@@ -68,7 +68,7 @@ impl Frame {
             squirmers: packed::unpack_squirmers(system, &states),
             unwrapped,
             wall_impulses: packed::wall_impulses(&parts.get::<u32>("wall_impulses")),
-            faults: parts.get::<u32>("faults").first().copied().unwrap_or(0),
+            faults: parts.get::<u32>("faults"),
             fields: parts.get("fields"),
             samples: parts.get("samples"),
         }
@@ -77,7 +77,7 @@ impl Frame {
     /// Whether some particle had to be pushed out of a squirmer.
     #[must_use]
     pub fn stuck(&self) -> bool {
-        self.faults & Fault::Stuck as u32 != 0
+        self.faults.first().is_some_and(|flags| flags & Fault::Stuck as u32 != 0)
     }
 
     /// Kinetic energy of the squirmers' motion and rotation, in kT, and their momentum.

@@ -2,16 +2,19 @@
 
 use super::frames::Frame;
 use super::live::Live;
-use super::{Options, RunError};
+use super::saved::Saved;
+use super::{Options, RunError, faults};
 use crate::gpu::measure::Wanted;
 use crate::gpu::{Measurement, Reading, Session};
 use crate::graph::{Output, Plan};
-use crate::sink::{Job, Offer, OnSlow, Outlets, Summary, Targets, Writer};
+use crate::sink::{Job, Kept, Offer, OnSlow, Outlets, Summary, Targets, Writer};
 use crate::sink::{Provenance, Publisher, Recorder, Tables};
 use crate::state::System;
 use crate::wire::{Kind, Stamp};
+use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 use std::path::Path;
+use std::sync::mpsc::Receiver;
 use std::time::Duration;
 
 /// Messages that may wait for the disk before the run waits for it.
@@ -28,8 +31,53 @@ struct Due {
 pub struct Outputs {
     due: Vec<Due>,
     waiting: VecDeque<(usize, u64, Reading)>,
+    /// Until the writer has them.
+    outlets: Outlets,
     writer: Option<Writer>,
     run_id: [u8; 16],
+}
+
+/// Where the outputs of a run stand at a checkpoint.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct Marks {
+    /// Output by output.
+    pub outputs: Vec<Mark>,
+    /// What is on the disk.
+    pub kept: Kept,
+}
+
+/// Where one output stands.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Mark {
+    /// What it shows.
+    kinds: Vec<String>,
+    /// Snapshots so far.
+    sequence: u64,
+}
+
+impl Mark {
+    /// The number with which an output of these kinds goes on: that of the output that showed the same, or else some of it.
+    fn sequence(marks: &[Self], kinds: &[(Kind, Targets)]) -> u64 {
+        let shows = |mark: &Self, kind: Kind| mark.kinds.iter().any(|k| k == kind.topic());
+        let same = |m: &&Self| m.kinds.len() == kinds.len() && kinds.iter().all(|(k, _)| shows(m, *k));
+        let some = |m: &&Self| kinds.iter().any(|(k, _)| shows(m, *k));
+        marks.iter().find(same).or_else(|| marks.iter().find(some)).map_or(0, |m| m.sequence)
+    }
+}
+
+/// [`Marks`] on their way from the writer.
+#[derive(Default)]
+pub struct Marking {
+    outputs: Vec<Mark>,
+    kept: Option<Receiver<Kept>>,
+}
+
+impl Marking {
+    /// Waits for the writer; `None` if it has failed.
+    pub fn wait(self) -> Option<Marks> {
+        let kept = self.kept.map_or_else(|| Some(Kept::default()), |answer| answer.recv().ok())?;
+        Some(Marks { outputs: self.outputs, kept })
+    }
 }
 
 /// What an output wants of one kind.
@@ -85,70 +133,96 @@ pub fn identity(plan: &Plan) -> [u8; 16] {
     hasher.finalize().as_bytes()[..16].try_into().expect("16 bytes")
 }
 
-fn file(what: &'static str, path: &Path) -> impl FnOnce(std::io::Error) -> RunError {
+pub(super) fn file(what: &'static str, path: &Path) -> impl FnOnce(std::io::Error) -> RunError {
     let path = path.to_owned();
     move |source| RunError::File { what, path, source }
 }
 
-/// Files that make a directory a run's.
-const FILES: [&str; 6] =
-    ["run.mcap", "run.fluid.mcap", "summary.json", "pipeline.toml", "scalars.csv", "squirmers.csv"];
-
-/// Whether a run may write into `dir`; nothing is made yet.
-///
-/// # Errors
-/// If it holds a run, or is no directory.
-pub fn check_directory(dir: &Path) -> Result<(), RunError> {
-    if FILES.iter().any(|name| dir.join(name).exists()) {
-        return Err(RunError::Occupied(dir.into()));
-    }
-    match dir.ancestors().find(|d| d.exists()) {
-        Some(there) if !there.is_dir() => Err(RunError::NoDirectory(there.into())),
-        _ => Ok(()),
-    }
-}
-
 impl Outputs {
-    /// Opens the topics, then the directory and its files: of a run that is refused nothing is left.
+    /// The outputs of a plan, with their topics open but nothing on the disk yet: of a run that is refused nothing is left.
     ///
     /// # Errors
-    /// If another run publishes under this name, shared memory is too small, or the directory holds a run or cannot be written.
+    /// If another run publishes under this name, or shared memory is too small.
+    pub fn new(
+        plan: &Plan,
+        session: &Session,
+        (run_id, live): ([u8; 16], &Live),
+        saved: Option<&Saved>,
+    ) -> Result<Self, RunError> {
+        let mut due = plan.outputs.iter().map(|o| Due::new(o, session)).collect::<Result<Vec<_>, _>>()?;
+        let marks = saved.map_or(&[] as &[Mark], |s| &s.marks.outputs);
+        due.iter_mut().for_each(|d| d.sequence = Mark::sequence(marks, &d.kinds));
+        let before = saved.map_or_else(Kept::default, |s| s.marks.kept.clone());
+        let outlets = Outlets { before, ..Outlets::default() };
+        let mut outputs = Self { due, waiting: VecDeque::new(), outlets, writer: None, run_id };
+        if let Some(name) = live.name().filter(|_| outputs.any(|t| t.publish)) {
+            let publisher = Publisher::offer(name, &outputs.offers(session)?)?;
+            live.count(publisher.counters());
+            outputs.outlets.publisher = Some(publisher);
+        }
+        Ok(outputs)
+    }
+
+    fn any(&self, pick: fn(&Targets) -> bool) -> bool {
+        self.due.iter().any(|d| d.kinds.iter().any(|(_, t)| pick(t)))
+    }
+
+    /// Opens the files in the run's directory; what is there of a run that goes on is cut to its checkpoint.
+    ///
+    /// # Errors
+    /// If a file cannot be written, or has lost what it had at the checkpoint.
     pub fn open(
+        &mut self,
         plan: &Plan,
         options: &Options,
         session: &Session,
-        run_id: [u8; 16],
-        live: &Live,
-    ) -> Result<Self, RunError> {
+        saved: Option<&Saved>,
+    ) -> Result<(), RunError> {
         let dir = &options.out;
-        let due = plan.outputs.iter().map(|o| Due::new(o, session)).collect::<Result<Vec<_>, _>>()?;
-        let mut outputs = Self { due, waiting: VecDeque::new(), writer: None, run_id };
-        let any = |pick: fn(&Targets) -> bool| outputs.due.iter().any(|d| d.kinds.iter().any(|(_, t)| pick(t)));
-        let mut outlets = Outlets::default();
-        if let Some(name) = live.name().filter(|_| any(|t| t.publish)) {
-            let publisher = Publisher::offer(name, &outputs.offers(session)?)?;
-            live.count(publisher.counters());
-            outlets.publisher = Some(publisher);
-        }
-        check_directory(dir)?;
-        std::fs::create_dir_all(dir).map_err(file("create", dir))?;
         let resolved = dir.join("pipeline.toml");
         std::fs::write(&resolved, &plan.resolved).map_err(file("write", &resolved))?;
-        if any(|t| t.record) {
+        let mut outlets = std::mem::take(&mut self.outlets);
+        if saved.is_some() {
+            outlets.before.cut(dir)?;
+        }
+        if self.any(|t| t.record) {
+            let mut details = details(session, options);
+            if let Some(saved) = saved {
+                details.insert("resumed_at_step".into(), saved.note.step.into());
+            }
             let provenance = Provenance {
                 run: plan.name.clone(),
-                run_id,
+                run_id: self.run_id,
                 seed: plan.system.run.seed,
                 version: env!("CARGO_PKG_VERSION").to_owned(),
-                details: details(session, options),
+                details,
             };
-            outlets.recorder = Some(Recorder::create(dir, &provenance, &plan.resolved)?);
+            let recorder = match saved {
+                Some(_) => Recorder::resume(dir, &provenance, &plan.resolved, &outlets.before.recording)?,
+                None => Recorder::create(dir, &provenance, &plan.resolved)?,
+            };
+            outlets.recorder = Some(recorder);
         }
-        if any(|t| t.csv) {
-            outlets.tables = Some(Tables::create(dir)?);
+        if self.any(|t| t.csv) {
+            let tables = match saved {
+                Some(_) => Tables::resume(dir, &outlets.before.tables)?,
+                None => Tables::create(dir)?,
+            };
+            outlets.tables = Some(tables);
         }
-        outputs.writer = Some(Writer::spawn(outlets, DEPTH).map_err(file("start a thread for", dir))?);
-        Ok(outputs)
+        self.writer = Some(Writer::spawn(outlets, DEPTH).map_err(file("start a thread for", dir))?);
+        Ok(())
+    }
+
+    /// Where the outputs stand, once all that was handed over is on the disk.
+    ///
+    /// # Errors
+    /// If the writer had to stop.
+    pub fn mark(&mut self) -> Result<Marking, RunError> {
+        let mark =
+            |d: &Due| Mark { kinds: d.kinds.iter().map(|(k, _)| k.topic().to_owned()).collect(), sequence: d.sequence };
+        let kept = self.writer.as_mut().map(Writer::mark).transpose()?;
+        Ok(Marking { outputs: self.due.iter().map(mark).collect(), kept })
     }
 
     /// Length of the messages of every published kind: they do not change during a run, so one reading tells.
@@ -211,11 +285,11 @@ impl Outputs {
     ///
     /// # Errors
     /// If a snapshot was lost or the writer had to stop.
-    pub fn hand_over(&mut self, session: &Session, stop: &dyn Fn() -> bool) -> Result<(), RunError> {
+    pub fn hand_over(&mut self, plan: &Plan, session: &Session, stop: &dyn Fn() -> bool) -> Result<(), RunError> {
         while self.waiting.front().is_some_and(|(_, _, r)| r.settled()) {
             let (index, _, reading) = self.waiting.pop_front().expect("not empty");
             let frame = Frame::new(session, &reading, reading.take()?);
-            super::faults(frame.step, frame.faults)?;
+            faults::check(plan, frame.step, &frame.faults)?;
             let due = &self.due[index];
             let stamp = self.stamp(session.system(), &frame, due);
             for (kind, targets) in &due.kinds {

@@ -6,30 +6,29 @@ use crate::gpu::session::StepTime;
 use crate::graph::Plan;
 use crate::sink;
 use glam::DVec3;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::path::Path;
-use std::time::Duration;
 
 /// How fast the run went.
-#[derive(Debug, Clone, Serialize, Default)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, Default)]
 pub struct Speed {
     /// Adapter.
     pub adapter: String,
     /// Steps done.
     pub steps: u64,
-    /// Wall time in seconds.
+    /// Wall time in seconds, of all parts of a resumed run.
     pub seconds: f64,
     /// Fluid particles.
     pub particles: u64,
-    /// Mean GPU time per step and stage in nanoseconds; empty if the adapter has no timestamps.
+    /// Mean GPU time per step and stage in nanoseconds, of the last part of a resumed run; empty if the adapter has no timestamps.
     pub stages: Vec<StageTime>,
     #[serde(skip)]
     timed: u64,
 }
 
 /// Mean GPU time of one stage.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct StageTime {
     /// Kind.
     pub stage: String,
@@ -56,9 +55,9 @@ impl Speed {
         }
     }
 
-    pub(super) fn finish(&mut self, steps: u64, wall: Duration) {
+    pub(super) fn finish(&mut self, steps: u64, seconds: f64) {
         self.steps = steps;
-        self.seconds = wall.as_secs_f64();
+        self.seconds = seconds;
         if self.timed == 0 {
             self.stages.clear();
         }

@@ -4,6 +4,7 @@
 //! [`Writer`] does so on a thread of its own.
 
 mod beacon;
+mod cut;
 mod memory;
 mod outlets;
 mod patience;
@@ -15,11 +16,11 @@ mod tables;
 mod track;
 
 pub use beacon::{Beacon, Now};
-pub use outlets::{Job, Outlets, Summary, Targets, Writer};
+pub use outlets::{Job, Kept, Outlets, Summary, Targets, Writer};
 pub use patience::OnSlow;
 pub use publisher::{Counters, Offer, Publisher};
-pub use recorder::{FileInfo, Provenance, Recorder};
-pub use tables::Tables;
+pub use recorder::{Durable, FileInfo, Part, Provenance, Recorder};
+pub use tables::{Rows, Tables};
 
 use crate::wire::WireError;
 use std::path::PathBuf;
@@ -48,6 +49,34 @@ pub enum SinkError {
         path: PathBuf,
         /// What the writer said.
         source: mcap::McapError,
+    },
+    /// A recording has lost messages that it had at the checkpoint.
+    #[error(
+        "{} has {found} whole messages, but had {wanted} at the checkpoint{}: put the file back as it was, or begin anew with --fresh",
+        path.display(), source.as_ref().map_or_else(String::new, |e| format!(" ({e})"))
+    )]
+    Shortened {
+        /// The file.
+        path: PathBuf,
+        /// Messages that can be read.
+        found: u64,
+        /// Messages at the checkpoint.
+        wanted: u64,
+        /// Where reading ended.
+        source: Option<mcap::McapError>,
+    },
+    /// A table has lost rows that it had at the checkpoint.
+    #[error(
+        "{} has {found} bytes, but had {wanted} at the checkpoint: put the file back as it was, or begin anew with --fresh",
+        path.display()
+    )]
+    Torn {
+        /// The file.
+        path: PathBuf,
+        /// Its length.
+        found: u64,
+        /// Its length at the checkpoint.
+        wanted: u64,
     },
     /// The message is not a snapshot.
     #[error(transparent)]

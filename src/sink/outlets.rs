@@ -1,6 +1,7 @@
 //! Handing each snapshot to those that asked for it, on a thread of its own, so that the step loop never waits for a disk.
 
-use super::{FileInfo, Publisher, Recorder, SinkError, Tables};
+use super::{Durable, FileInfo, Publisher, Recorder, Rows, SinkError, Tables};
+use std::path::Path;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
@@ -30,6 +31,21 @@ pub struct Outlets {
     pub recorder: Option<Recorder>,
     /// CSV.
     pub tables: Option<Tables>,
+    /// What earlier parts of the run had handed over and lost.
+    pub before: Kept,
+}
+
+/// What of a run's snapshots is certainly on the disk, and how many there were.
+#[derive(Debug, Clone, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
+pub struct Kept {
+    /// In recordings.
+    pub recording: Durable,
+    /// In tables.
+    pub tables: Vec<Rows>,
+    /// Snapshots handed over.
+    pub snapshots: u64,
+    /// Snapshots that could not be published.
+    pub dropped: u64,
 }
 
 /// What became of a run's snapshots.
@@ -41,6 +57,17 @@ pub struct Summary {
     pub snapshots: u64,
     /// Snapshots that could not be published, or that a reader missed although the run waited for it.
     pub dropped: u64,
+}
+
+impl Kept {
+    /// Cuts the files in `dir` to this; those begun later go.
+    ///
+    /// # Errors
+    /// If a file has lost what it had, or cannot be written.
+    pub fn cut(&self, dir: &Path) -> Result<(), SinkError> {
+        super::recorder::keep_only(dir, &self.recording)?;
+        Tables::resume(dir, &self.tables).map(drop)
+    }
 }
 
 impl Outlets {
@@ -64,12 +91,17 @@ impl Outlets {
         published.and(recorded).and(tabled)
     }
 
-    /// Waits until everything recorded so far is on the disk.
+    /// Waits until everything written so far is on the disk, and says what that is; what earlier parts of the run left stays known
+    /// where nothing is recorded now.
     ///
     /// # Errors
     /// If the system cannot write it.
-    pub fn sync(&mut self) -> Result<(), SinkError> {
-        self.recorder.as_mut().map_or(Ok(()), Recorder::sync)
+    pub fn sync(&mut self) -> Result<Kept, SinkError> {
+        let before = &self.before;
+        let recording = self.recorder.as_mut().map_or_else(|| Ok(before.recording.clone()), Recorder::sync)?;
+        let tables = self.tables.as_mut().map_or_else(|| Ok(before.tables.clone()), Tables::sync)?;
+        let dropped = before.dropped + self.publisher.as_ref().map_or(0, Publisher::dropped);
+        Ok(Kept { recording, tables, snapshots: before.snapshots, dropped })
     }
 
     /// Finishes all files and closes the topics.
@@ -77,9 +109,9 @@ impl Outlets {
     /// # Errors
     /// If a file could not be finished.
     pub fn finish(self) -> Result<Summary, SinkError> {
-        let dropped = self.publisher.as_ref().map_or(0, Publisher::dropped);
+        let dropped = self.before.dropped + self.publisher.as_ref().map_or(0, Publisher::dropped);
         let files = self.recorder.map_or(Ok(Vec::new()), Recorder::finish)?;
-        Ok(Summary { files, snapshots: 0, dropped })
+        Ok(Summary { files, snapshots: self.before.snapshots, dropped })
     }
 }
 
@@ -89,8 +121,8 @@ pub enum Job {
     Snapshot(Vec<u8>, Targets),
     /// Make a message and deliver it: encoding, too, is taken off the step loop.
     Encode(Box<dyn FnOnce() -> Vec<u8> + Send>, Targets),
-    /// Sync the recording, then answer.
-    Sync(SyncSender<()>),
+    /// Sync recordings and tables, then answer.
+    Sync(SyncSender<Kept>),
 }
 
 /// A thread that owns the outlets. Where the disk is slower than the run, the run waits rather than losing a recording.
@@ -143,17 +175,23 @@ impl Writer {
         }
     }
 
+    /// Asks for all jobs handed over so far to be done and on the disk; the answer comes when they are, or never if one failed.
+    ///
+    /// # Errors
+    /// What an earlier job failed with.
+    pub fn mark(&mut self) -> Result<Receiver<Kept>, SinkError> {
+        let (answer, done) = sync_channel(1);
+        self.send(Job::Sync(answer))?;
+        Ok(done)
+    }
+
     /// Waits until all jobs handed over so far are done and on the disk.
     ///
     /// # Errors
     /// What a job failed with.
-    pub fn sync(&mut self) -> Result<(), SinkError> {
-        let (answer, done) = sync_channel(1);
-        self.send(Job::Sync(answer))?;
-        match done.recv() {
-            Ok(()) => Ok(()),
-            Err(_) => Err(self.join().err().unwrap_or(SinkError::Ended)),
-        }
+    pub fn sync(&mut self) -> Result<Kept, SinkError> {
+        let done = self.mark()?;
+        done.recv().map_err(|_| self.join().err().unwrap_or(SinkError::Ended))
     }
 
     /// Does the jobs that wait, then finishes all files.
@@ -197,9 +235,9 @@ fn work(mut outlets: Outlets, queue: &Receiver<Job>) -> Result<Summary, SinkErro
             Err(RecvTimeoutError::Timeout) => Ok(()),
             Ok(Job::Snapshot(bytes, targets)) => outlets.deliver(&bytes, targets).map(|()| snapshots += 1),
             Ok(Job::Encode(encode, targets)) => outlets.deliver(&encode(), targets).map(|()| snapshots += 1),
-            Ok(Job::Sync(answer)) => outlets.sync().map(|()| {
+            Ok(Job::Sync(answer)) => outlets.sync().map(|kept| {
                 // A caller that no longer listens needs no answer.
-                let _ = answer.send(());
+                let _ = answer.send(Kept { snapshots: kept.snapshots + snapshots, ..kept });
             }),
         };
         if let Err(e) = done {
@@ -210,6 +248,6 @@ fn work(mut outlets: Outlets, queue: &Receiver<Job>) -> Result<Summary, SinkErro
     let finished = outlets.finish();
     match failure {
         Some(e) => Err(e),
-        None => finished.map(|summary| Summary { snapshots, ..summary }),
+        None => finished.map(|summary| Summary { snapshots: summary.snapshots + snapshots, ..summary }),
     }
 }

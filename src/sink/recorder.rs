@@ -1,8 +1,8 @@
 //! Recording a run: `run.mcap`, and `run.fluid.mcap` for the bulk of the fluid.
 
 use super::track::{Track, When};
-use super::{SinkError, scene, slice};
-use crate::recording::{ATTACHMENT, METADATA, run_metadata};
+use super::{SinkError, cut::cut, scene, slice};
+use crate::recording::{ATTACHMENT, FLUID, METADATA, RUN, RecordingError, run_metadata, segment, segments};
 use crate::wire::{Fields, Header, Kind, Particles, Snapshot, Squirmers};
 use std::fs::File;
 use std::io::BufWriter;
@@ -43,6 +43,24 @@ pub struct FileInfo {
     pub bytes: u64,
 }
 
+/// What of the recordings is certainly on the disk.
+#[derive(Debug, Clone, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
+pub struct Durable {
+    /// Number of the segment being written: how often the run had been resumed with a recording.
+    pub segment: u32,
+    /// All files so far, those of earlier segments first.
+    pub files: Vec<Part>,
+}
+
+/// One file of a recording.
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub struct Part {
+    /// Its name, without the directory.
+    pub name: String,
+    /// Messages in it.
+    pub messages: u64,
+}
+
 /// One file and the handle through which it is synced.
 struct Open {
     track: Track<BufWriter<File>>,
@@ -54,6 +72,9 @@ pub struct Recorder {
     dir: PathBuf,
     provenance: Provenance,
     resolved: String,
+    segment: u32,
+    /// Files of earlier segments.
+    earlier: Vec<Part>,
     run: Open,
     fluid: Option<Open>,
     /// Step at which viewers were last told where everything is.
@@ -66,19 +87,32 @@ impl Recorder {
     /// # Errors
     /// If one of the files exists, or cannot be written.
     pub fn create(dir: &Path, provenance: &Provenance, resolved: &str) -> Result<Self, SinkError> {
-        let fluid = dir.join("run.fluid.mcap");
+        Self::begin(dir, provenance, resolved, (0, Vec::new()))
+    }
+
+    /// Goes on in a new segment after a resumption; the files there have been cut ([`super::Kept::cut`]).
+    ///
+    /// # Errors
+    /// If a file of the new segment exists, or cannot be written.
+    pub fn resume(dir: &Path, provenance: &Provenance, resolved: &str, at: &Durable) -> Result<Self, SinkError> {
+        // Where nothing was recorded yet there is nothing to go on from.
+        let segment = if at.files.is_empty() { 0 } else { at.segment + 1 };
+        Self::begin(dir, provenance, resolved, (segment, at.files.clone()))
+    }
+
+    fn begin(
+        dir: &Path,
+        provenance: &Provenance,
+        resolved: &str,
+        (number, earlier): (u32, Vec<Part>),
+    ) -> Result<Self, SinkError> {
+        let fluid = segment(&dir.join(FLUID), number);
         if fluid.exists() {
             return Err(SinkError::Exists(fluid));
         }
-        let run = open(&dir.join("run.mcap"), provenance, resolved, 0)?;
-        Ok(Self {
-            dir: dir.into(),
-            provenance: provenance.clone(),
-            resolved: resolved.into(),
-            run,
-            fluid: None,
-            framed: None,
-        })
+        let run = open(&segment(&dir.join(RUN), number), provenance, resolved, 0)?;
+        let (dir, provenance, resolved) = (dir.into(), provenance.clone(), resolved.into());
+        Ok(Self { dir, provenance, resolved, segment: number, earlier, run, fluid: None, framed: None })
     }
 
     /// Records one message and closes its chunk, so that a run that is killed loses at most the message being written.
@@ -128,16 +162,20 @@ impl Recorder {
         track.flush()
     }
 
-    /// Waits until everything written so far is on the disk.
+    /// Waits until everything written so far is on the disk, and says what that is.
     ///
     /// # Errors
     /// If the system cannot write it.
-    pub fn sync(&mut self) -> Result<(), SinkError> {
+    pub fn sync(&mut self) -> Result<Durable, SinkError> {
+        let mut files = self.earlier.clone();
         for open in [Some(&mut self.run), self.fluid.as_mut()].into_iter().flatten() {
             open.track.flush()?;
-            open.file.sync_data().map_err(|e| SinkError::io(open.track.path(), e))?;
+            let path = open.track.path();
+            open.file.sync_data().map_err(|e| SinkError::io(path, e))?;
+            let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+            files.push(Part { name, messages: open.track.messages() });
         }
-        Ok(())
+        Ok(Durable { segment: self.segment, files })
     }
 
     /// Writes summaries and indexes and waits until the files are on the disk. Every file is finished, also after a failure.
@@ -146,7 +184,12 @@ impl Recorder {
     /// The first failure.
     pub fn finish(self) -> Result<Vec<FileInfo>, SinkError> {
         let finished: Vec<_> = [Some(self.run), self.fluid].into_iter().flatten().map(close).collect();
-        finished.into_iter().collect()
+        let earlier = self.earlier.into_iter().map(|part| {
+            let path = self.dir.join(part.name);
+            let bytes = path.metadata().map_or(0, |m| m.len());
+            Ok(FileInfo { path, messages: part.messages, bytes })
+        });
+        earlier.chain(finished).collect()
     }
 
     /// The frame, the box and its walls, once for all messages of a step.
@@ -163,10 +206,32 @@ impl Recorder {
     fn fluid(&mut self) -> Result<&mut Open, SinkError> {
         let open = match self.fluid.take() {
             Some(open) => open,
-            None => open(&self.dir.join("run.fluid.mcap"), &self.provenance, &self.resolved, 2)?,
+            None => {
+                let path = segment(&self.dir.join(FLUID), self.segment);
+                open(&path, &self.provenance, &self.resolved, 2)?
+            }
         };
         Ok(self.fluid.insert(open))
     }
+}
+
+/// Cuts the recordings of `dir` to what they had at a checkpoint. Segments that were begun later go: the resumed run records all
+/// that is in them again.
+pub(super) fn keep_only(dir: &Path, at: &Durable) -> Result<(), SinkError> {
+    let known = |name: &str| at.files.iter().find(|part| part.name == name);
+    for first in [RUN, FLUID] {
+        let found = match segments(&dir.join(first)) {
+            Err(RecordingError::Io { path, source }) => return Err(SinkError::io(&path, source)),
+            // None is there.
+            found => found.unwrap_or_default(),
+        };
+        for path in found {
+            if known(&path.file_name().unwrap_or_default().to_string_lossy()).is_none() {
+                std::fs::remove_file(&path).map_err(|e| SinkError::io(&path, e))?;
+            }
+        }
+    }
+    at.files.iter().try_for_each(|part| cut(&dir.join(&part.name), part.messages))
 }
 
 fn open(path: &Path, provenance: &Provenance, resolved: &str, threads: u32) -> Result<Open, SinkError> {

@@ -3,8 +3,20 @@
 use super::SinkError;
 use crate::wire::{Kind, Scalars, Snapshot, Squirmers};
 use std::fs::File;
-use std::io::{BufWriter, Write};
+use std::io::{BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
+
+/// What of a table is certainly on the disk.
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub struct Rows {
+    /// Name of its file, without the directory.
+    pub name: String,
+    /// Length in bytes.
+    pub bytes: u64,
+}
+
+/// Names of the tables.
+const NAMES: [&str; 2] = ["scalars.csv", "squirmers.csv"];
 
 /// One table.
 struct Table {
@@ -26,13 +38,30 @@ impl Tables {
     /// # Errors
     /// If one of the files exists.
     pub fn create(dir: &Path) -> Result<Self, SinkError> {
-        for name in ["scalars.csv", "squirmers.csv"] {
+        for name in NAMES {
             let path = dir.join(name);
             if path.exists() {
                 return Err(SinkError::Exists(path));
             }
         }
         Ok(Self { dir: dir.into(), scalars: None, squirmers: None })
+    }
+
+    /// Goes on after a resumption: tables are cut to what they had at the checkpoint; those begun later go.
+    ///
+    /// # Errors
+    /// If a table has lost rows that it had, or cannot be read or written.
+    pub fn resume(dir: &Path, at: &[Rows]) -> Result<Self, SinkError> {
+        let [scalars, squirmers] = NAMES.map(|name| Table::resume(dir, name, at.iter().find(|r| r.name == name)));
+        Ok(Self { dir: dir.into(), scalars: scalars?, squirmers: squirmers? })
+    }
+
+    /// Waits until everything written so far is on the disk, and says what that is.
+    ///
+    /// # Errors
+    /// If the system cannot write it.
+    pub fn sync(&mut self) -> Result<Vec<Rows>, SinkError> {
+        [&mut self.scalars, &mut self.squirmers].into_iter().flatten().map(Table::sync).collect()
     }
 
     /// Appends one message of squirmers or scalars; others have no table and are passed over.
@@ -47,13 +76,13 @@ impl Tables {
                 let scalars = Scalars::decode(&snapshot)?.list;
                 let names = scalars.iter().map(|s| titled(&s.name, &s.unit));
                 let columns: Vec<String> = ["step".into(), "time [tau]".into()].into_iter().chain(names).collect();
-                let table = table(&mut self.scalars, &self.dir, "scalars.csv", columns)?;
+                let table = table(&mut self.scalars, &self.dir, NAMES[0], columns)?;
                 table.row([step, time].into_iter().chain(scalars.iter().map(|s| s.value.to_string())))?;
                 table.flush()
             }
             Kind::Squirmers => {
                 let squirmers = Squirmers::decode(&snapshot)?;
-                let table = table(&mut self.squirmers, &self.dir, "squirmers.csv", squirmer_columns())?;
+                let table = table(&mut self.squirmers, &self.dir, NAMES[1], squirmer_columns())?;
                 for i in 0..squirmers.id.len() {
                     table.row([step.clone(), time.clone()].into_iter().chain(squirmer_row(&squirmers, i)))?;
                 }
@@ -126,6 +155,35 @@ fn table<'a>(
 }
 
 impl Table {
+    fn resume(dir: &Path, name: &str, at: Option<&Rows>) -> Result<Option<Self>, SinkError> {
+        let path = dir.join(name);
+        let io = |e| SinkError::io(&path, e);
+        let Some(at) = at else {
+            return match std::fs::remove_file(&path) {
+                Err(e) if e.kind() != std::io::ErrorKind::NotFound => Err(io(e)),
+                _ => Ok(None),
+            };
+        };
+        let mut file = File::options().read(true).write(true).open(&path).map_err(io)?;
+        let found = file.metadata().map_err(io)?.len();
+        if found < at.bytes {
+            return Err(SinkError::Torn { path, found, wanted: at.bytes });
+        }
+        file.set_len(at.bytes).map_err(io)?;
+        let columns = csv::Reader::from_reader(&file).headers().map_err(|e| io(std::io::Error::other(e)))?.clone();
+        file.seek(SeekFrom::End(0)).map_err(io)?;
+        let columns = columns.iter().map(str::to_owned).collect();
+        Ok(Some(Self { path, writer: csv::Writer::from_writer(BufWriter::new(file)), columns }))
+    }
+
+    fn sync(&mut self) -> Result<Rows, SinkError> {
+        self.flush()?;
+        let file = self.writer.get_ref().get_ref();
+        let bytes = file.sync_data().and_then(|()| file.metadata()).map_err(|e| SinkError::io(&self.path, e))?.len();
+        let name = self.path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        Ok(Rows { name, bytes })
+    }
+
     fn row<T: AsRef<[u8]>>(&mut self, fields: impl Iterator<Item = T>) -> Result<(), SinkError> {
         self.writer.write_record(fields).map_err(|e| match e.into_kind() {
             csv::ErrorKind::Io(e) => SinkError::io(&self.path, e),

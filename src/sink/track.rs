@@ -18,6 +18,17 @@ pub(super) struct Track<W: Write + Seek> {
     failed: bool,
 }
 
+/// How recordings are written. Without seeking a chunk is written whole or not at all, which keeps the end of a killed run clean.
+pub(super) fn options(threads: u32) -> WriteOptions {
+    WriteOptions::new()
+        .compression(Some(Compression::Zstd))
+        .compression_level(1)
+        .compression_threads(threads)
+        .disable_seeking(true)
+        .profile("")
+        .library(concat!("squirm ", env!("CARGO_PKG_VERSION")))
+}
+
 /// Time of a message: when in the simulation, and its count.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct When {
@@ -26,16 +37,9 @@ pub(super) struct When {
 }
 
 impl<W: Write + Seek> Track<W> {
-    /// Begins a recording. Without seeking a chunk is written whole or not at all, which keeps the end of a killed run clean.
+    /// Begins a recording.
     pub fn new(path: &Path, sink: W, threads: u32) -> Result<Self, SinkError> {
-        let options = WriteOptions::new()
-            .compression(Some(Compression::Zstd))
-            .compression_level(1)
-            .compression_threads(threads)
-            .disable_seeking(true)
-            .profile("")
-            .library(concat!("squirm ", env!("CARGO_PKG_VERSION")));
-        let writer = options.create(sink).map_err(|e| SinkError::mcap(path, e))?;
+        let writer = options(threads).create(sink).map_err(|e| SinkError::mcap(path, e))?;
         Ok(Self { path: path.into(), writer, channels: BTreeMap::new(), messages: 0, failed: false })
     }
 
@@ -81,6 +85,11 @@ impl<W: Write + Seek> Track<W> {
     pub fn finish(&mut self) -> Result<u64, SinkError> {
         self.checked(|w| w.finish().map(drop))?;
         Ok(self.messages)
+    }
+
+    /// Messages so far.
+    pub fn messages(&self) -> u64 {
+        self.messages
     }
 
     /// The path, for messages.

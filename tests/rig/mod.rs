@@ -2,7 +2,7 @@
 #![allow(dead_code)]
 
 use squirm::gpu::{Form, Gpu, Session};
-use squirm::graph::{Plan, PlannedStage};
+use squirm::graph::{Checkpoints, Plan, PlannedStage};
 use squirm::params::{Value, Values};
 use squirm::stages;
 use squirm::state::{Domain, Fluid, Init, Run, SemiAxes, Species, State, System, Walls};
@@ -69,6 +69,7 @@ pub fn plan(system: &System, kinds: &[&str], changes: &[(&str, &'static str, Val
         stages,
         outputs: Vec::new(),
         analyzers: Vec::new(),
+        checkpoints: Checkpoints::default(),
         resolved: String::new(),
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::rig;
 use squirm::buffers::Extent;
-use squirm::graph::{Plan, PlannedStage};
+use squirm::graph::{Checkpoints, Plan, PlannedStage};
 use squirm::math::rng::{Draw, Purpose};
 use squirm::params::{Params, Values};
 use squirm::stages::apply::{Apply, ApplySettings};
@@ -58,8 +58,15 @@ fn random_numbers_are_the_hosts_bit_for_bit() {
         let state = State { step, ..rig::fluid(&system, 5000) };
         let stages = vec![PlannedStage { entry: &DICE, values: Values::defaults(&Apply::fields()) }];
         let (name, outputs) = ("dice".into(), Vec::new());
-        let plan =
-            Plan { name, system: system.clone(), stages, outputs, analyzers: Vec::new(), resolved: String::new() };
+        let plan = Plan {
+            name,
+            system: system.clone(),
+            stages,
+            outputs,
+            analyzers: Vec::new(),
+            checkpoints: Checkpoints::default(),
+            resolved: String::new(),
+        };
         let session = rig::session(&plan, &state);
         session.run_stage("dice", false).expect("the adapter runs it");
         let raw = session.raw().expect("readable particles");
