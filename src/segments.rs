@@ -37,7 +37,9 @@ pub fn of(path: &Path) -> Vec<PathBuf> {
         found.into_iter().map(|(_, path)| path)
     };
     let later: Vec<PathBuf> = stem.into_iter().flat_map(numbered).collect();
-    std::iter::once(first).chain(later).collect()
+    // A recording may begin after a resumption. Where there is none at all, the name that was asked for is what is missing.
+    let begins = first.exists() || later.is_empty();
+    begins.then_some(first).into_iter().chain(later).collect()
 }
 
 #[cfg(test)]
@@ -68,5 +70,7 @@ mod tests {
         assert_eq!(of(folder.path()), expected);
         assert_eq!(of(&folder.path().join("run.mcap")), expected);
         assert_eq!(of(&expected[1]), [expected[1].clone()]);
+        assert_eq!(of(&folder.path().join("run.fluid.mcap")), [folder.path().join("run.fluid.0001.mcap")]);
+        assert_eq!(of(&folder.path().join("other.mcap")), [folder.path().join("other.mcap")]);
     }
 }

@@ -1,6 +1,7 @@
 //! Recorded snapshots as tables for other programs, and for starting a new run from them.
 
 use super::{AnalyzeError, Recording, Source};
+use crate::segments;
 use crate::wire::{Kind, Particles, Scalars, Snapshot, Squirmers, WireError};
 use std::io::{BufWriter, Write};
 use std::ops::ControlFlow;
@@ -35,7 +36,7 @@ impl Exported {
 /// If the recording cannot be read or has no such snapshot, or `out` cannot be written.
 pub fn particles_csv(recording: &Path, out: &Path, at: Option<u64>) -> Result<Exported, AnalyzeError> {
     let beside = recording.with_file_name("run.fluid.mcap");
-    let fluid = recording.file_name().is_some_and(|n| n == "run.mcap") && beside.exists();
+    let fluid = recording.file_name().is_some_and(|n| n == "run.mcap") && segments::of(&beside)[0].exists();
     let path = if fluid { &beside } else { recording };
     let write = |snapshot: &Snapshot<'_>, file: &mut dyn Write| {
         let particles = Particles::decode(snapshot)?;
