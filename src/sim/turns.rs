@@ -27,7 +27,7 @@ const FLUID: u64 = 10;
 /// What the end of a run takes besides its last checkpoint, with something to spare.
 const CLOSING: Duration = Duration::from_secs(2);
 
-/// Submissions under way: their steps, and when they were made.
+/// Submissions under way, with their steps.
 type Ahead = VecDeque<(Submission, u64)>;
 
 /// A run between its start and its end.
@@ -44,6 +44,8 @@ pub struct Turns<'a> {
     books: Books,
     waiting: VecDeque<(Reading, bool)>,
     deadline: Option<Instant>,
+    /// The longest wait for a submission.
+    longest: Duration,
     inject: Option<Injection>,
     /// The step of the newest checkpoint.
     kept: u64,
@@ -107,6 +109,7 @@ impl<'a> Turns<'a> {
             books,
             waiting,
             deadline,
+            longest: BATCH,
             inject,
             kept: saved.map_or(0, |s| s.note.step),
             before,
@@ -165,7 +168,7 @@ impl<'a> Turns<'a> {
     /// Whether the run has to end now to be over at its deadline.
     fn late(&self) -> bool {
         let left = self.deadline.map(|d| d.saturating_duration_since(Instant::now()));
-        left.is_some_and(|left| left < CLOSING + 3 * BATCH + 2 * self.keeper.took())
+        left.is_some_and(|left| left < CLOSING + 3 * self.longest + 2 * self.keeper.took())
     }
 
     /// The next step at which something is due.
@@ -182,6 +185,7 @@ impl<'a> Turns<'a> {
         let before = Instant::now();
         self.session.wait_for(&submission)?;
         let waited = before.elapsed();
+        self.longest = self.longest.max(waited);
         if let Some(times) = self.session.times(&submission) {
             self.note.speed.add(&times);
         }
