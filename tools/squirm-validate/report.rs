@@ -77,7 +77,7 @@ fn head(size: Size, cases: &[&Case], records: &[Record]) -> String {
         "# Validation\n\nWritten by `{command}`; do not edit. What is measured is held against theory and published results. One standard \
          error in brackets, from block averages or independent runs.\n\n\
          - Adapter: {} (driver {}); version {}; measured {}; {minutes:.0} minutes.\n\
-         - {measured} of {} cases. {} rows pass, {} miss their tolerance, {} are too vague for a judgement, {} only report what was seen.\n\n\
+         - {measured} of {} cases. {} rows pass, {} miss their tolerance, {} cannot be judged since their error is too large, {} only report what was seen.\n\n\
          A row passes if it differs from the expectation by no more than the tolerance{}.\n",
         set(|r| r.adapter.clone()),
         set(|r| r.driver.clone()),

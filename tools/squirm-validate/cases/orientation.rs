@@ -15,7 +15,7 @@ pub const CASE: Case = Case {
             fluid still owes there is added (3 %). The correlations of the axis must then decay as <e(0).e(t)> = exp(-2 D_R t) and \
             <P2(e(0).e(t))> = exp(-6 D_R t) (Debye 1929): their rates come from the ratio of two values, so that inertia at \
             short times drops out. D_R itself is held against Perrin.",
-    remarks: "The decay of <e.e> has too large an error by a fifth.",
+    remarks: "",
     sheets: &[Sheet {
         name: "orientation",
         title: "Memory of the orientation of a prolate body",
