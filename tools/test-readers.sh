@@ -10,7 +10,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 prepare_build
 cargo build --release --locked
 prepare_adapter
-python_env numpy==2.2.6 mcap==1.3.0 gsd==4.0.0 ase==3.25.0 vtk==9.5.0
+python_env numpy==2.2.6 mcap==1.6.0 gsd==4.0.0 ase==3.25.0 vtk==9.5.0
 
 work=${CARGO_TARGET_DIR:-target}/readers
 rm -rf "$work"
