@@ -32,9 +32,15 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     let (with, without): (Vec<&Point>, Vec<&Point>) = points.iter().partition(|p| p.squirmers > 0.0);
     let fluid = without.iter().map(|p| (p.particles, p.us.map(|us| 1e3 * us / p.particles)));
-    draw(&folder, "scaling-fluid", ["particles", "ns per particle and step"], &adapter, fluid.collect())?;
+    draw(
+        &folder,
+        "scaling-fluid",
+        ["particles", "ns per particle and step"],
+        (&adapter, Scale::Logarithmic),
+        fluid.collect(),
+    )?;
     let crowd = with.iter().map(|p| (p.squirmers, p.us));
-    draw(&folder, "scaling-squirmers", ["squirmers", "us per step"], &adapter, crowd.collect())?;
+    draw(&folder, "scaling-squirmers", ["squirmers", "us per step"], (&adapter, Scale::Linear), crowd.collect())?;
     Ok(())
 }
 
@@ -53,7 +59,7 @@ fn draw(
     folder: &str,
     name: &str,
     [x, y]: [&str; 2],
-    adapter: &str,
+    (adapter, scale): (&str, Scale),
     points: Vec<(f64, [f64; 3])>,
 ) -> Result<(), Box<dyn std::error::Error>> {
     if points.is_empty() {
@@ -62,7 +68,7 @@ fn draw(
     let bars = points.into_iter().map(|(x, [low, median, high])| (x, median, (high - low) / 2.0));
     let curve = Curve { name: adapter.into(), points: bars.collect(), ..Curve::default() };
     let title = format!("{y} against {x}");
-    let chart = Chart { title, x: x.into(), y: y.into(), scale: Scale::Logarithmic, curves: vec![curve] };
+    let chart = Chart { title, x: x.into(), y: y.into(), scale, curves: vec![curve] };
     std::fs::write(Path::new(folder).join(format!("{name}.svg")), chart.svg()?)?;
     Ok(())
 }
