@@ -24,18 +24,16 @@ pub struct Left {
 /// Every frame of a run's recordings, which must be complete.
 pub fn frames(dir: &Path) -> Result<Vec<Frame>, String> {
     let mut frames = Vec::new();
-    for name in ["run.mcap", "run.fluid.mcap"] {
-        let mut visit = |snapshot: &Snapshot<'_>| {
-            let header = &snapshot.header;
-            frames.push((snapshot.kind(), header.step, header.seq, shown(snapshot)));
-            Ok(ControlFlow::Continue(()))
-        };
-        let ending = Recording::new(&dir.join(name)).drive(&Kind::ALL, &mut visit).map_err(|e| e.to_string())?;
-        if let Some(warning) = ending.warnings.first() {
-            return Err(warning.clone());
-        }
+    let mut visit = |snapshot: &Snapshot<'_>| {
+        let header = &snapshot.header;
+        frames.push((snapshot.kind(), header.step, header.seq, shown(snapshot)));
+        Ok(ControlFlow::Continue(()))
+    };
+    let ending = Recording::new(dir).drive(&Kind::ALL, &mut visit).map_err(|e| e.to_string())?;
+    match ending.warnings.into_iter().next() {
+        Some(warning) => Err(warning),
+        None => Ok(frames),
     }
-    Ok(frames)
 }
 
 /// A hash of what a snapshot shows. The identity of the run, and the checksum of the header that has it, are left out; particles
