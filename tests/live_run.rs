@@ -155,7 +155,7 @@ fn a_signal_ends_a_run_with_complete_files() {
         let (folder, name) = prepared(&format!("signal{status}"));
         let run = Process::run(folder.path(), &name, "out");
         let recording = folder.path().join("out/run.mcap");
-        wait_for(&recording, 10_000);
+        wait_for(&recording, 20_000);
         let (code, said) = run.end(signal);
         assert_eq!(code, Some(status), "{said}");
         let (steps, ending) = steps(&recording);
