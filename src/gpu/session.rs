@@ -176,15 +176,15 @@ impl Session {
         self.buffers.values().map(wgpu::Buffer::size).sum()
     }
 
-    /// Encodes and submits `steps` steps; does not wait for them. With `timed` one of them is timed: the first, or in the fused form the
-    /// second, if there is one, since it is like those that follow.
-    pub fn advance(&mut self, steps: u64, timed: bool) -> Submission {
+    /// Encodes and submits `steps` steps; does not wait for them. With `watched` faults are brought back, and one step is timed: the first,
+    /// or in the fused form the second, if there is one, since it is like those that follow.
+    pub fn advance(&mut self, steps: u64, watched: bool) -> Submission {
         let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let (first, one) = match self.steps {
             Steps::Loose(_) => (self.step, steps > 0),
             Steps::Fused(_) => (self.step + 1, steps > 1),
         };
-        let timing = self.timing.as_ref().filter(|_| timed && one);
+        let timing = self.timing.as_ref().filter(|_| watched && one);
         {
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
             for step in self.step..self.step + steps {
@@ -199,12 +199,16 @@ impl Session {
             Steps::Fused(fused) => fused.labels(Occasion::Next, first),
         });
         let times = timing.map(|t| t.resolve(&self.gpu, &mut encoder));
-        let faults = super::measure::staging(&self.gpu, self.buffers["faults"].size());
-        encoder.copy_buffer_to_buffer(&self.buffers["faults"], 0, &faults, 0, faults.size());
+        let faults = watched.then(|| {
+            let faults = &self.buffers["faults"];
+            let staging = super::measure::staging(&self.gpu, faults.size());
+            encoder.copy_buffer_to_buffer(faults, 0, &staging, 0, faults.size());
+            staging
+        });
         self.step += steps;
         let index = self.gpu.queue.submit([encoder.finish()]);
         let times = times.map(super::measure::Readback::map);
-        Submission { index, times: times.zip(labels), faults: super::measure::Readback::map(faults) }
+        Submission { index, times: times.zip(labels), faults: faults.map(super::measure::Readback::map) }
     }
 
     fn encode_step(&self, pass: &mut wgpu::ComputePass<'_>, step: u64, timing: Option<&Timing>) {
@@ -275,12 +279,12 @@ impl Session {
         Some(StepTime { stages })
     }
 
-    /// What `faults` held after a submission that has been done.
+    /// What `faults` held after a submission that was watched and has been done.
     ///
     /// # Errors
-    /// If it could not be read back.
+    /// If it was not read back.
     pub fn found(&self, submission: &Submission) -> Result<Vec<u32>, GpuError> {
-        let bytes = submission.faults.take();
+        let bytes = submission.faults.as_ref().and_then(super::measure::Readback::take);
         bytes
             .map(|b| bytemuck::pod_collect_to_vec(&b))
             .ok_or_else(|| GpuError::Lost("`faults` was not read back".into()))
@@ -356,7 +360,7 @@ impl Session {
 pub struct Submission {
     index: wgpu::SubmissionIndex,
     times: Option<(super::measure::Readback, Vec<String>)>,
-    faults: super::measure::Readback,
+    faults: Option<super::measure::Readback>,
 }
 
 impl Timing {
