@@ -18,6 +18,9 @@
 @group(0) @binding(9) var<storage, read_write> steric_sums: array<atomic<i32>>;
 var<immediate> now: Now;
 
+// Whether squirmers are so many that they are looked for in bins. A CPU driver runs both sides of a branch, and without bins there is nothing
+// to walk through but memory.
+override BINS: bool = true;
 // Words of a squirmer's sums: force, torque, number of contacts; zero between substeps.
 const STERIC_WORDS: u32 = 8u;
 // Partners and walls that may act on one squirmer; the fixed-point scales leave room for as many at their largest force.
@@ -240,10 +243,10 @@ fn force(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) group
     }
     let body = spheroid(i);
     var sum: Sum;
-    if system.bins.x == 0u {
-        sum = among_all(i, body, part);
-    } else {
+    if BINS && system.bins.x != 0u {
         sum = among_bins(i, body, part);
+    } else {
+        sum = among_all(i, body, part);
     }
     if system.walled == 1u && part < 2u {
         // Heights from whole units above the nearer wall: a global f32 coordinate would lose digits at the far one.

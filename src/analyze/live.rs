@@ -136,7 +136,11 @@ impl Topic {
         }
         let name = domain::service(run, kind.topic()).map_err(|e| failed("name a service", &e))?;
         let service = node.service_builder(&name).publish_subscribe::<[Block]>().user_header::<Header>().open();
-        let absent = || AnalyzeError::NoRun { run: run.into(), topic: kind.topic(), live: list(config, kind) };
+        let absent = || {
+            let publishes = |k: &Kind| *k != Kind::Status && list(config, *k).iter().any(|name| name == run);
+            let own = Kind::ALL.into_iter().filter(publishes).map(Kind::topic).collect();
+            AnalyzeError::NoRun { run: run.into(), topic: kind.topic(), own, live: list(config, kind) }
+        };
         let service = service.map_err(|e| match e {
             PublishSubscribeOpenError::DoesNotExist | PublishSubscribeOpenError::IsMarkedForDestruction => absent(),
             e => failed("open the run's service (was it made by another version of squirm?)", &e),

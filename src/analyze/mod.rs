@@ -129,12 +129,14 @@ pub enum AnalyzeError {
     #[error(transparent)]
     Wire(#[from] WireError),
     /// No such run is going.
-    #[error("no run named `{run}` publishes {topic} here; {}", if live.is_empty() { "no run is live".into() } else { format!("live: {}", live.join(", ")) })]
+    #[error("no run named `{run}` publishes {topic} here; {}", instead(own, live))]
     NoRun {
         /// The name asked for.
         run: String,
         /// The topic asked for.
         topic: &'static str,
+        /// What the run of this name does publish, if there is one.
+        own: Vec<&'static str>,
         /// Runs that publish the topic.
         live: Vec<String>,
     },
@@ -149,6 +151,15 @@ pub enum AnalyzeError {
     /// Too little to say anything.
     #[error("{0}")]
     TooLittle(String),
+}
+
+/// What there is in place of the topic of a run.
+fn instead(own: &[&str], live: &[String]) -> String {
+    match (own, live) {
+        ([], []) => "no run does".into(),
+        ([], live) => format!("these do: {}", live.join(", ")),
+        (own, _) => format!("it publishes {}", own.join(", ")),
+    }
 }
 
 impl AnalyzeError {
@@ -188,4 +199,17 @@ pub fn run(source: &mut dyn Source, analyzer: &mut dyn Analyzer) -> Result<(Repo
         Ok(ControlFlow::Continue(()))
     })?;
     Ok((analyzer.finish()?, ending))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn who_asks_for_a_topic_that_is_not_there_learns_what_is() {
+        let others = ["a".to_owned(), "b".to_owned()];
+        assert_eq!(instead(&["squirmers", "fields"], &others), "it publishes squirmers, fields");
+        assert_eq!(instead(&[], &others), "these do: a, b");
+        assert_eq!(instead(&[], &[]), "no run does");
+    }
 }

@@ -72,7 +72,7 @@ fn push(
 
 /// What the kernels of a plan may leave out: the values of the constants `override NAME` of its WGSL, 0 or 1.
 #[must_use]
-pub fn constants(plan: &Plan) -> [(&'static str, f64); 3] {
+pub fn constants(plan: &Plan) -> [(&'static str, f64); 4] {
     let system = &plan.system;
     // Where no collision uses the sums, whoever reads them wants them whole.
     let collides = plan.stages.iter().any(|s| s.entry.kind == APPLY);
@@ -82,6 +82,7 @@ pub fn constants(plan: &Plan) -> [(&'static str, f64); 3] {
         ("WALLS", yes(system.domain.walls.is_some())),
         ("FORCE", yes(system.fluid.acceleration != [0.0; 3])),
         ("PLACES", yes(places)),
+        ("BINS", yes(super::sizes(system).bins > 0)),
     ]
 }
 
