@@ -188,10 +188,11 @@ fn what_shares_a_workgroup() {
     assert_eq!(small(rig::BULK, 0), [["keep_shift", "shift_grid"]]);
     let motion = ["keep_shift", "absorb", "drift_first", "force", "kick_drift", "shift_grid", "clear_sums"];
     assert_eq!(small(rig::EVERYTHING, 6), [motion.to_vec(), vec!["absorb", "average"]]);
-    // 64 invocations for each of 17 squirmers are many; squirmers are from 257 on.
+    // 64 invocations for each of 33 squirmers are many; squirmers are from 257 on.
     let apart = ["keep_shift", "absorb", "drift_first", "shift_grid", "clear_sums"];
-    assert_eq!(small(rig::EVERYTHING, 17), [apart.to_vec(), vec!["absorb", "average"]]);
-    assert_eq!(small(rig::EVERYTHING, 256), small(rig::EVERYTHING, 17));
+    assert_eq!(small(rig::EVERYTHING, 32), small(rig::EVERYTHING, 6));
+    assert_eq!(small(rig::EVERYTHING, 33), [apart.to_vec(), vec!["absorb", "average"]]);
+    assert_eq!(small(rig::EVERYTHING, 256), small(rig::EVERYTHING, 33));
     assert_eq!(small(rig::EVERYTHING, 257), [["keep_shift", "shift_grid"]]);
     assert_eq!(small(rig::EVERYTHING, 1025), [["keep_shift", "clear_bins", "shift_grid"]]);
     // Kernels over nothing are none.
