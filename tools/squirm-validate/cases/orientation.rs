@@ -76,7 +76,8 @@ fn measure(rig: &Rig) -> Result<Outcome, Trouble> {
             setup: format!("{setup}, lags {} to {}", between.0, between.1),
             measured: ratio.mean,
             error: ratio.error,
-            expected: Some(1.0),
+            // A quick run is too short to know an error from so few stretches: it only shows them.
+            expected: rig.pick(None, Some(1.0)),
             tolerance: 0.1,
             source: "Debye 1929".into(),
             note: String::new(),
