@@ -249,6 +249,11 @@ fn damaged_checkpoints_are_refused() {
 }
 
 #[test]
+fn damaged_recordings_give_what_was_written_or_nothing() {
+    suite(&["recordings", "--count", "100"]);
+}
+
+#[test]
 fn signals_end_runs_in_order() {
     suite(&["signals", "--count", "3"]);
 }

@@ -149,9 +149,9 @@ fn lines_steer_a_replay_and_wrong_use_is_told() {
     made::record(folder.path(), 1, 0..5);
     let name = name("lines");
     let mut replay = Process::replay(folder.path(), &["--speed", "0.001", "--name", &name]);
-    let second =
-        Process::start(env!("CARGO_BIN_EXE_squirm"), folder.path(), &["replay", "run.mcap", "--name", &name]).end();
-    assert!(second.0 == Some(2) && second.1.contains("name the replay with --name"), "{}", second.1);
+    let arguments = ["replay", "run.mcap", "--max", "--name", &name];
+    let second = Process::start(env!("CARGO_BIN_EXE_squirm"), folder.path(), &arguments).end();
+    assert!(second.0 == Some(0) && second.1.contains(&format!("publishing as {name}-2; ")), "{}", second.1);
     replay.0.stdin.as_mut().expect("piped").write_all(b"seek 2tau\nquit\n").expect("it listens");
     let (code, said) = replay.end();
     assert!(code == Some(0) && said.contains("snapshots published"), "{said}");

@@ -10,21 +10,6 @@ use std::fs::File;
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
-/// Which messages for viewers are drawn from which snapshots.
-const VIEWS: [(&str, Kind); 5] = [
-    ("/tf", Kind::Squirmers),
-    ("/squirmers/poses", Kind::Squirmers),
-    ("/squirmers/scene", Kind::Squirmers),
-    ("/squirmers/points", Kind::Squirmers),
-    ("/fluid/points", Kind::Particles),
-];
-
-/// The kind of snapshot on a topic, or that its messages were drawn from.
-pub(super) fn source(topic: &str) -> Option<Kind> {
-    let view = || VIEWS.iter().find(|(view, _)| *view == topic).map(|(_, kind)| *kind);
-    topic.strip_prefix(TOPICS).and_then(Kind::from_topic).or_else(view)
-}
-
 /// A file being written. Unless [`Copy::finish`] succeeds, it is removed again.
 pub(super) struct Copy {
     path: PathBuf,

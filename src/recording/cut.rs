@@ -1,6 +1,6 @@
 //! A part of a recording as a recording of its own.
 
-use super::copy::{Copy, source};
+use super::copy::Copy;
 use super::range::{Choice, Range};
 use super::scan::{Part, Scan};
 use super::series::THINNED;
@@ -29,7 +29,7 @@ pub struct Cut {
 pub fn cut(path: &Path, out: &Path, range: Range, topics: &[String]) -> Result<Cut, RecordingError> {
     let files = segments(path)?;
     let mut copy = Copy::create(out)?;
-    let mut selection = Selection { choice: Choice::new(range), topics, last: BTreeMap::new(), kept: Vec::new() };
+    let mut selection = Selection { choice: Choice::new(range), topics, last: BTreeMap::new(), kept: None };
     let mut done = Cut::default();
     for file in &files {
         selection.last.values_mut().for_each(|last| last.1 = true);
@@ -53,8 +53,8 @@ struct Selection<'a> {
     topics: &'a [String],
     /// The newest step of each output, and whether it came from an earlier segment.
     last: BTreeMap<(Kind, u64), (u64, bool)>,
-    /// Kinds, times and numbers of the newest snapshots taken, to which messages for viewers belong.
-    kept: Vec<(Kind, u64, u32)>,
+    /// Time and number of the newest snapshot, if it was taken: what viewers draw of a snapshot follows it.
+    kept: Option<(u64, u32)>,
 }
 
 impl Selection<'_> {
@@ -83,16 +83,14 @@ fn one(file: &Path, copy: &mut Copy, selection: &mut Selection<'_>, done: &mut C
                 for (header, bytes) in chunk.messages() {
                     let channels = scan.channels();
                     let Some(channel) = channels.channels.get(&header.channel_id) else { continue };
-                    let Some(kind) = source(&channel.topic) else { continue };
-                    let moment = (kind, header.log_time, header.sequence);
+                    let moment = (header.log_time, header.sequence);
                     let taken = if channel.topic.starts_with(TOPICS) {
                         let wire = |source| RecordingError::Wire { path: file.into(), at: chunk.at, source };
                         let taken = selection.takes(&Snapshot::parse(bytes).map_err(wire)?);
-                        selection.kept.retain(|kept| kept.0 != kind);
-                        selection.kept.extend(taken.then_some(moment));
+                        selection.kept = taken.then_some(moment);
                         taken
                     } else {
-                        selection.kept.contains(&moment)
+                        selection.kept == Some(moment)
                     };
                     if taken && selection.wants(&channel.topic) {
                         done.messages += 1;

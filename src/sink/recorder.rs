@@ -115,7 +115,7 @@ impl Recorder {
         Ok(Self { dir, provenance, resolved, segment: number, earlier, run, fluid: None, framed: None })
     }
 
-    /// Records one message and closes its chunk, so that a run that is killed loses at most the message being written.
+    /// Records one message, after it what viewers draw of it, and closes its chunk, so that a run that is killed loses at most the message being written.
     ///
     /// # Errors
     /// If the bytes are no snapshot, or the file cannot be written; after that the file takes no more.
@@ -136,9 +136,9 @@ impl Recorder {
             }
             Kind::Squirmers => {
                 let squirmers = Squirmers::decode(&snapshot)?;
+                self.run.track.snapshot("/squirm/squirmers", snapshot.bytes(), when)?;
                 self.frame(header, when)?;
                 let track = &mut self.run.track;
-                track.snapshot("/squirm/squirmers", snapshot.bytes(), when)?;
                 track.view("/squirmers/poses", &scene::poses(header, &squirmers), when)?;
                 track.view("/squirmers/scene", &scene::scene(header, &squirmers), when)?;
                 track.view("/squirmers/points", &scene::squirmer_points(header, &squirmers), when)?;
@@ -150,9 +150,9 @@ impl Recorder {
             }
             Kind::Fields => {
                 let fields = Fields::decode(&snapshot)?;
+                self.run.track.snapshot("/squirm/fields", snapshot.bytes(), when)?;
                 self.frame(header, when)?;
                 let track = &mut self.run.track;
-                track.snapshot("/squirm/fields", snapshot.bytes(), when)?;
                 track.view("/fluid/slice", &slice::grid(header, &fields), when)?;
                 track.view("/fluid/slab", &slice::slab(header, &fields), when)?;
                 track

@@ -1,8 +1,10 @@
-//! Runs seen from outside while they go: `ps`, `top`, `tap`, names, analyzers, small shared memory.
+//! Runs seen from outside while they go: analyzers, recordings, signals, `ps`, `top`, `tap`, names, small shared memory.
 #![cfg(target_os = "linux")]
 
 mod analyzers;
 mod memory;
+mod recorded;
+mod runs;
 mod slow;
 mod views;
 
@@ -44,7 +46,7 @@ kind = "restore-thermostat"
 "#;
 
 /// Longest time for anything on a busy machine.
-pub const PATIENCE: Duration = Duration::from_secs(90);
+pub const PATIENCE: Duration = Duration::from_secs(240);
 
 /// A folder with the file and these outputs, under a name that no other test uses.
 pub fn prepared(test: &str, outputs: &str) -> (tempfile::TempDir, String) {
@@ -66,7 +68,12 @@ impl Drop for Process {
 
 impl Process {
     pub fn start(folder: &Path, arguments: &[&str]) -> Self {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_squirm"));
+        Self::of(env!("CARGO_BIN_EXE_squirm"), folder, arguments)
+    }
+
+    /// Of another program than squirm.
+    pub fn of(program: &str, folder: &Path, arguments: &[&str]) -> Self {
+        let mut command = Command::new(program);
         command.current_dir(folder).args(arguments).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
         Self(command.env("NO_COLOR", "1").spawn().expect("it starts"))
     }

@@ -13,10 +13,6 @@ impl Noise {
         (self.0 >> 40) as f32 / (1u64 << 24) as f32
     }
 
-    pub fn below(&mut self, n: usize) -> usize {
-        ((f64::from(self.next()) * n as f64) as usize).min(n - 1)
-    }
-
     fn vectors<const N: usize>(&mut self, n: usize, scale: f32) -> Vec<[f32; N]> {
         (0..n).map(|_| std::array::from_fn(|_| scale * self.next())).collect()
     }

@@ -1,5 +1,4 @@
-//! Recordings as files: damage, segments, and the commands that read and make them.
+//! Recordings as files: segments, and the commands that read and make them.
 
 mod commands;
-mod damage;
 mod made;

@@ -5,6 +5,7 @@ mod child;
 mod disk;
 mod kill;
 mod record;
+mod recordings;
 mod signals;
 mod table;
 
@@ -15,7 +16,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use table::Row;
 
-/// Kill runs, send them signals, damage their checkpoints, fill their disk; print what became of each, with figures.
+/// Kill runs, send them signals, damage their checkpoints and recordings, fill their disk; print what became of each, with figures.
 ///
 /// Exit code 0: nothing was lost; 1: something was; 2: a case could not be run.
 #[derive(Parser)]
@@ -45,6 +46,13 @@ enum Case {
     Signals {
         /// Instants.
         #[arg(long, default_value_t = 50)]
+        count: u32,
+    },
+    /// Recordings cut at every 4 kB and at each byte of the last 1 kB, and with a turned bit: nothing wrong may be read, and all that is
+    /// whole must be recovered.
+    Recordings {
+        /// Copies of each recording with a turned bit; cuts at its end are no more than these.
+        #[arg(long, default_value_t = 1000)]
         count: u32,
     },
     /// A disk that is full: needs the right to mount one of a few megabytes.
@@ -90,6 +98,7 @@ fn run(case: &Case, common: &Common) -> Result<Vec<Row>, String> {
         Case::Kill { count } => kill::kill(&squirm, *count, &mut random),
         Case::Checkpoints { count } => checkpoints::checkpoints(&squirm, *count, &mut random),
         Case::Signals { count } => signals::signals(&squirm, *count, &mut random),
+        Case::Recordings { count } => recordings::recordings(&squirm, *count, &mut random),
         Case::Disk { count } => disk::disk(&squirm, *count),
     }
 }

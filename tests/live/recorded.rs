@@ -1,6 +1,6 @@
 //! What an analyzer finds in a run that is going is what it finds in the recording, to the last bit of every file, for every kind.
-#![cfg(unix)]
 
+use super::{PATIENCE, Process};
 use squirm::analyze::kinds::{Entry, find};
 use squirm::analyze::{AnalyzeError, Ending, Folder, KINDS, Limits, Live, Recording, Report, Source, Visit, run};
 use squirm::params::Values;
@@ -9,7 +9,7 @@ use squirm::wire::Kind;
 use std::collections::{BTreeMap, VecDeque};
 use std::ops::ControlFlow;
 use std::path::Path;
-use std::process::{Child, Command, Output, Stdio};
+use std::process::{Command, Output, Stdio};
 use std::sync::mpsc::{Sender, channel};
 use std::time::{Duration, Instant};
 
@@ -57,18 +57,6 @@ every = 10
 block = 2
 fraction = 0.1
 "#;
-
-const PATIENCE: Duration = Duration::from_secs(240);
-
-/// A process that does not outlive its test.
-struct Process(Child);
-
-impl Drop for Process {
-    fn drop(&mut self) {
-        let _ = self.0.kill();
-        let _ = self.0.wait();
-    }
-}
 
 fn squirm(folder: &Path, name: &str, more: &[&str]) -> Command {
     std::fs::write(folder.join(format!("{name}.toml")), FILE).expect("written");

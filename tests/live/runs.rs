@@ -1,98 +1,23 @@
 //! Runs as processes: watched while they go, killed, stopped by signals, refused.
-#![cfg(unix)]
 
+use super::{PATIENCE, Process, prepared, squirm};
 use squirm::analyze::{Ending, Recording, Source};
 use squirm::wire::Kind;
-use std::io::Read;
 use std::ops::ControlFlow;
 use std::path::Path;
-use std::process::{Child, Command, Output, Stdio};
+use std::process::{Command, Output};
 use std::time::{Duration, Instant};
 
-/// Publishes and records often, and would go on for hours.
-const FILE: &str = r#"
-[run]
-steps = 100000000
-dt = 0.05
-[box]
-size = [12, 12, 12]
-[fluid]
-density = 5
-[[squirmers]]
-name = "swimmer"
-count = 1
-semi_axes = { along = 3.0, across = 2.0 }
-b1 = 0.05
-[[stage]]
-kind = "squirmer-move"
-[[stage]]
-kind = "stream"
-[[stage]]
-kind = "squirmer-collide"
-[[stage]]
-kind = "shift-grid"
-[[stage]]
-kind = "cell-reduce"
-[[stage]]
-kind = "squirmer-fill"
-[[stage]]
-kind = "rotate"
-[[stage]]
-kind = "restore-thermostat"
+/// Publishes and records often.
+const OUTPUT: &str = r#"
 [[output]]
 record = ["squirmers", "scalars"]
 publish = ["squirmers", "scalars"]
 every = 2
 "#;
 
-const PATIENCE: Duration = Duration::from_secs(90);
-
-/// A folder with the file under a name that no other test uses.
-fn prepared(test: &str) -> (tempfile::TempDir, String) {
-    let folder = tempfile::tempdir().expect("a folder");
-    let name = format!("{test}-{}", std::process::id());
-    std::fs::write(folder.path().join(format!("{name}.toml")), FILE).expect("written");
-    (folder, name)
-}
-
-/// A process that does not outlive its test.
-struct Process(Child);
-
-impl Drop for Process {
-    fn drop(&mut self) {
-        let _ = self.0.kill();
-        let _ = self.0.wait();
-    }
-}
-
-impl Process {
-    fn start(program: &str, folder: &Path, arguments: &[&str]) -> Self {
-        let mut command = Command::new(program);
-        command.current_dir(folder).args(arguments).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
-        Self(command.env("NO_COLOR", "1").spawn().expect("it starts"))
-    }
-
-    fn run(folder: &Path, name: &str, out: &str) -> Self {
-        Self::start(env!("CARGO_BIN_EXE_squirm"), folder, &["run", &format!("{name}.toml"), "--out", out])
-    }
-
-    /// Sends a signal and waits for the end; the exit status and what was said.
-    fn end(mut self, signal: &str) -> (Option<i32>, String) {
-        let sent = Command::new("kill").args([signal, &self.0.id().to_string()]).status().expect("kill is there");
-        assert!(sent.success());
-        let begun = Instant::now();
-        while self.0.try_wait().expect("a child").is_none() {
-            assert!(begun.elapsed() < PATIENCE, "the process does not end");
-            std::thread::sleep(Duration::from_millis(20));
-        }
-        let mut text = String::new();
-        self.0.stderr.take().expect("piped").read_to_string(&mut text).expect("UTF-8");
-        (self.0.wait().expect("a child").code(), text)
-    }
-}
-
 /// Waits until a recording has this many bytes.
-fn wait_for(path: &Path, bytes: u64) {
+fn grown(path: &Path, bytes: u64) {
     let begun = Instant::now();
     while path.metadata().map_or(0, |m| m.len()) < bytes {
         assert!(begun.elapsed() < PATIENCE, "{} does not grow", path.display());
@@ -125,23 +50,22 @@ fn gapless(steps: &[u64]) {
 
 #[test]
 fn analyzers_come_and_go_and_a_killed_run_can_be_read() {
-    let (folder, name) = prepared("come-and-go");
+    let (folder, name) = prepared("come-and-go", OUTPUT);
     let run = Process::run(folder.path(), &name, "out");
     let recording = folder.path().join("out/run.mcap");
-    wait_for(&recording, 20_000);
+    grown(&recording, 20_000);
     let text = |o: &Output| String::from_utf8_lossy(&[&o.stdout[..], &o.stderr[..]].concat()).into_owned();
     let first = analyze(folder.path(), &name, "12");
     assert!(first.status.success() && text(&first).contains("12 snapshots"), "{}", text(&first));
-    let analyzer = Process::start(
-        env!("CARGO_BIN_EXE_squirm-analyze"),
-        folder.path(),
-        &["swim", "--live", &name, "--out", "killed"],
-    );
+    let arguments = ["swim", "--live", &name, "--out", "killed"];
+    let analyzer = Process::of(env!("CARGO_BIN_EXE_squirm-analyze"), folder.path(), &arguments);
     std::thread::sleep(Duration::from_millis(500));
-    assert_eq!(analyzer.end("-KILL").0, None, "it was killed while it watched");
+    analyzer.signal("-KILL");
+    assert_eq!(analyzer.end().0, None, "it was killed while it watched");
     let again = analyze(folder.path(), &name, "8");
     assert!(again.status.success() && text(&again).contains("8 snapshots"), "{}", text(&again));
-    assert_eq!(run.end("-KILL").0, None);
+    run.signal("-KILL");
+    assert_eq!(run.end().0, None);
     let (steps, ending) = steps(&recording);
     gapless(&steps);
     assert_eq!(ending.warnings.len(), 1, "it says that the end is missing");
@@ -152,11 +76,12 @@ fn analyzers_come_and_go_and_a_killed_run_can_be_read() {
 #[test]
 fn a_signal_ends_a_run_with_complete_files() {
     for (signal, status) in [("-INT", 130), ("-TERM", 143)] {
-        let (folder, name) = prepared(&format!("signal{status}"));
+        let (folder, name) = prepared(&format!("signal{status}"), OUTPUT);
         let run = Process::run(folder.path(), &name, "out");
         let recording = folder.path().join("out/run.mcap");
-        wait_for(&recording, 20_000);
-        let (code, said) = run.end(signal);
+        grown(&recording, 20_000);
+        run.signal(signal);
+        let (code, _, said) = run.end();
         assert_eq!(code, Some(status), "{said}");
         let (steps, ending) = steps(&recording);
         gapless(&steps);
@@ -172,16 +97,9 @@ fn a_signal_ends_a_run_with_complete_files() {
 
 #[test]
 fn a_directory_that_holds_a_run_is_refused_at_once() {
-    let (folder, name) = prepared("occupied");
+    let (folder, name) = prepared("occupied", OUTPUT);
     let refused = |out: &str, part: &str| {
-        let (code, said) = {
-            let output = Command::new(env!("CARGO_BIN_EXE_squirm"))
-                .current_dir(folder.path())
-                .args(["run", &format!("{name}.toml"), "--out", out])
-                .output()
-                .expect("it starts");
-            (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
-        };
+        let (code, _, said) = squirm(folder.path(), &["run", &format!("{name}.toml"), "--out", out]);
         assert!(code == Some(2) && said.contains(part), "{said}");
     };
     std::fs::create_dir(folder.path().join("old")).expect("made");
