@@ -68,10 +68,10 @@ pub enum Extent {
     Blocks,
     /// 64 for each block, as many as make one workgroup each: a prefix sum over the cells of the block.
     Scans,
-    /// Places in the lists of all cells.
-    Lists,
-    /// Words for particles beyond those lists.
-    Spills,
+    /// Links of chains: one for each particle or ghost, whichever are more.
+    Links,
+    /// Cells whose sums particles add to in pairs.
+    Pairs,
     /// Blocks over which a snapshot averages its fields.
     Coarse,
     /// Fluid particles that a snapshot takes.
@@ -171,10 +171,10 @@ shared! {
         inverse_second: f32,
         /// 1 / scale_mixed.
         inverse_mixed: f32,
-        /// Particles that a cell's list has room for.
-        list_room: u32,
-        /// Particles beyond those lists that there is room for.
-        spill_room: u32,
+        /// Not used.
+        pad0: u32,
+        /// Not used.
+        pad1: u32,
     }
 }
 
@@ -273,7 +273,7 @@ const fn buffer(name: &'static str, life: Life, extent: Extent, words: usize, do
 }
 
 use Extent::{
-    Binned, Bins, Blocks, Cells, Coarse, Lists, One, Particles, Samples, Species, Spills, Squirmers, WallPatches,
+    Binned, Bins, Blocks, Cells, Coarse, Links, One, Pairs, Particles, Samples, Species, Squirmers, WallPatches,
 };
 impl Now {
     /// What a kernel is told of a step and of the repetition of its stage.
@@ -297,8 +297,14 @@ pub const CATALOGUE: &[Buffer] = &[
         size_of::<SpeciesUniform>() / 4,
         "shapes, slip and masses of the squirmer species",
     ),
-    buffer("positions", Persistent, Particles, 3, "particle positions, u32 fractions of the period"),
-    buffer("velocities", Persistent, Particles, 3, "particle velocities, sqrt(kT/m)"),
+    buffer(
+        "particles",
+        Persistent,
+        Particles,
+        4,
+        "particle positions, u32 fractions of the period, and v_x, sqrt(kT/m)",
+    ),
+    buffer("velocities_yz", Persistent, Particles, 2, "v_y and v_z of the particles, sqrt(kT/m)"),
     buffer(
         "squirmers",
         Persistent,
@@ -353,7 +359,7 @@ pub const CATALOGUE: &[Buffer] = &[
     buffer("shift_before", Persistent, One, 4, "grid shift of the step before, in coordinate units"),
     buffer(
         "moments",
-        Derived(&["positions", "velocities", "shift"]),
+        Derived(&["particles", "velocities_yz", "shift"]),
         Cells,
         24,
         "fixed-point sums over each cell: 1, v, |v|^2, x, xx, xv",
@@ -377,19 +383,31 @@ pub const CATALOGUE: &[Buffer] = &[
     buffer("steric_sums", Scratch, Squirmers, 8, "sums of steric force, torque, contacts; zero between substeps"),
     buffer("bin_heads", Scratch, Bins, 1, "first squirmer of each bin, index + 1"),
     buffer("bin_next", Scratch, Binned, 1, "next squirmer of the same bin, index + 1"),
-    buffer("cell_counts", Scratch, Cells, 1, "particles per cell, then ghosts; zero after the sums over either"),
-    buffer("cell_lists", Scratch, Lists, 1, "particles of each cell, then ghosts, as many as there is room for"),
     buffer(
-        "spills",
+        "chains",
         Scratch,
-        Spills,
+        Cells,
         1,
-        "particles beyond the lists of their cells: their number, then each cell's last entry, then entries of a particle and the entry before",
+        "the last particle, then ghost, of each cell, counted from 1; zero after the sums over either",
+    ),
+    buffer(
+        "links",
+        Scratch,
+        Links,
+        1,
+        "the particle, then ghost, before each in the chain of its cell, counted from 1",
+    ),
+    buffer(
+        "pairs",
+        Scratch,
+        Pairs,
+        8,
+        "sums over each cell in pairs of 32 bits: count and v_x, v_y and v_z, coarse and fine |v|^2; zero after their use",
     ),
     buffer("places", Scratch, Cells, 1, "sorting: particles per cell, then the place of the next"),
     buffer("block_sums", Scratch, Blocks, 1, "sorting: particles per block of cells, then the place of its first"),
-    buffer("positions_sorted", Scratch, Particles, 3, "positions in their new order"),
-    buffer("velocities_sorted", Scratch, Particles, 3, "velocities in their new order"),
+    buffer("particles_sorted", Scratch, Particles, 4, "positions and v_x in their new order"),
+    buffer("velocities_yz_sorted", Scratch, Particles, 2, "v_y and v_z in their new order"),
     buffer("totals", Scratch, One, 14, "snapshot: seven wide sums over the fluid"),
     buffer("fields", Scratch, Coarse, 4, "snapshot: particles and summed velocity of each block"),
     buffer("samples", Scratch, Samples, 6, "snapshot: positions and velocities of some particles"),
@@ -422,10 +440,8 @@ pub struct Sizes {
     pub box_edge: u64,
     /// Bins of the pair search; 0 where squirmers are few.
     pub bins: u64,
-    /// Particles that a cell's list has room for.
-    pub list_room: u64,
-    /// Particles beyond those lists that there is room for.
-    pub spill_room: u64,
+    /// Cells whose sums particles add to in pairs, two with one addition of 64 bits: all or none.
+    pub pairs: u64,
     /// Blocks of a snapshot's fields.
     pub coarse: u64,
     /// Fluid particles that a snapshot takes.
@@ -451,8 +467,8 @@ impl Sizes {
             Extent::Binned => self.squirmers * self.bins.min(1),
             Extent::Blocks => self.cells.div_ceil(1024),
             Extent::Scans => self.cells.div_ceil(1024) * 64,
-            Extent::Lists => self.cells * self.list_room,
-            Extent::Spills => 1 + self.cells + 2 * self.spill_room,
+            Extent::Links => self.particles.max(self.squirmers * self.ghost_stride),
+            Extent::Pairs => self.pairs,
             Extent::Coarse => self.coarse,
             Extent::Samples => self.samples,
         }

@@ -19,9 +19,9 @@ fn files(folder: &str) -> Vec<PathBuf> {
 
 /// What `squirm check` says of a run's memory is what the run takes, but for the rounding of each buffer to 16 bytes.
 fn predicts_memory(session: &Session, plan: &squirm::graph::Plan) {
-    let names = squirm::graph::fused::bound(plan).expect("valid shaders");
-    let sizes = squirm::state::packed::sizes(&plan.system, session.particles());
-    let predicted: u64 = squirm::graph::memory(names.iter().map(String::as_str), &sizes).iter().map(|(_, n)| n).sum();
+    let names = squirm::graph::fused::bound(plan, session.sizes()).expect("valid shaders");
+    let predicted: u64 =
+        squirm::graph::memory(names.iter().map(String::as_str), session.sizes()).iter().map(|(_, n)| n).sum();
     assert!(session.memory() >= predicted && session.memory() - predicted < 16 * 32, "{}", plan.name);
 }
 

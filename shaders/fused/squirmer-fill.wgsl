@@ -1,8 +1,9 @@
-// squirmer-fill with few atomic sums: every cell lists its ghosts, then sums over them in registers. The sums are those of
-// shaders/stages/squirmer-fill.wgsl, bit by bit, since integers may be added in any order. The lists are those of cell-reduce, empty again.
+// squirmer-fill with few atomic sums: every cell chains its ghosts, then sums over them in registers. The sums are those of
+// shaders/stages/squirmer-fill.wgsl, bit by bit, since integers may be added in any order. The chains are those of cell-reduce, empty again.
 //!include dispatch
 //!include ghosts
 //!include deposit
+//!include chains
 //!include lanes
 
 @group(0) @binding(0) var<uniform> system: SystemUniform;
@@ -12,8 +13,8 @@
 @group(0) @binding(4) var<storage, read> ghost_motion: array<f32>;
 @group(0) @binding(5) var<storage, read> shift: array<u32>;
 @group(0) @binding(6) var<storage, read_write> moments: array<atomic<u32>>;
-@group(0) @binding(7) var<storage, read_write> cell_counts: array<atomic<u32>>;
-@group(0) @binding(8) var<storage, read_write> cell_lists: array<u32>;
+@group(0) @binding(7) var<storage, read_write> chains: array<atomic<u32>>;
+@group(0) @binding(8) var<storage, read_write> links: array<u32>;
 @group(0) @binding(9) var<storage, read_write> faults: array<atomic<u32>>;
 var<immediate> now: Now;
 
@@ -21,7 +22,6 @@ fn drawn(i: u32, index: u32) -> Ghost {
     return ghost(i, index, species[squirmers[i].species], squirmers[i].orientation, settings.continued == 1u);
 }
 
-// A ghost takes the next place in its cell's list; where that is full it adds to the cell's sums at once.
 @compute @workgroup_size(WORKGROUP)
 fn tally(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
     // The ghosts of one workgroup belong to one squirmer.
@@ -36,15 +36,10 @@ fn tally(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) group
         return;
     }
     let place = ghost_place(i, ghost_site(i, index, kind, squirmers[i].orientation).s);
-    let number = atomicAdd(&cell_counts[place.cell], 1u);
-    if number < system.list_room {
-        cell_lists[place.cell * system.list_room + number] = first + lane;
-    } else {
-        deposit(ONE_GHOST, place.cell, place.offset, moving_ghost(i, drawn(i, index)), Witness(SITE_SQUIRMER_FILL, i, now.step_low));
-    }
+    join_chain(place.cell, first + lane);
 }
 
-// The sums over the ghosts in a cell's list, which is left empty.
+// The sums over the ghosts in a cell's chain, which is left empty.
 @compute @workgroup_size(WORKGROUP)
 fn gather(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
     let cell = invocation(group, groups, lane) / LANES;
@@ -52,21 +47,27 @@ fn gather(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) grou
     if cell >= system.cell_count {
         return;
     }
-    let count = atomicLoad(&cell_counts[cell]);
-    if count == 0u {
-        return;
-    }
     var s: Sums;
-    for (var k = part; k < min(count, system.list_room); k += LANES) {
-        let number = cell_lists[cell * system.list_room + k];
-        let i = number / system.ghost_stride;
-        let g = drawn(i, number % system.ghost_stride);
-        s = with_one(s, ONE_GHOST, cell, ghost_place(i, g.s).offset, moving_ghost(i, g), Witness(SITE_SQUIRMER_FILL, i, now.step_low));
+    var link = end_of_chain(cell);
+    while link != 0u {
+        // Of the next few each invocation of the cell draws one.
+        var mine = 0u;
+        for (var k = 0u; k < LANES && link != 0u; k++) {
+            if k == part {
+                mine = link;
+            }
+            link = links[link - 1u];
+        }
+        if mine != 0u {
+            let i = (mine - 1u) / system.ghost_stride;
+            let g = drawn(i, (mine - 1u) % system.ghost_stride);
+            s = with_one(s, ONE_GHOST, cell, ghost_place(i, g.s).offset, moving_ghost(i, g), Witness(SITE_SQUIRMER_FILL, i, now.step_low));
+        }
     }
-    // Nobody empties the list before all have read its length.
+    // Nobody empties the chain before all have read its end.
     s = added_across_lanes(s);
-    deposit_part(cell, part, LANES, s);
     if part == 0u {
-        atomicStore(&cell_counts[cell], 0u);
+        empty_chain(cell);
     }
+    deposit_part(cell, part, LANES, s);
 }

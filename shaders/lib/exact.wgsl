@@ -26,37 +26,28 @@ fn excess_of(u: vec3<f32>) -> f32 {
     return 0.5 * fma(u.z, u.z, fma(u.y, u.y, fma(u.x, u.x, -1.0)));
 }
 
-// The largest component takes up what is missing to the length 1.
-fn largest_corrected(a: vec3<f32>) -> vec3<f32> {
-    var u = a;
-    let excess = excess_of(u);
+// The component that is `one` takes up what is missing to the length 1. Written without branches, which neighbours would take apart.
+fn corrected(u: vec3<f32>, one: vec3<bool>) -> vec3<f32> {
+    let component = select(select(u.z, u.y, one.y), u.x, one.x);
+    return u - select(vec3<f32>(0.0), vec3<f32>(excess_of(u) / component), one);
+}
+
+fn largest_corrected(u: vec3<f32>) -> vec3<f32> {
     let size = abs(u);
-    if size.x >= size.y && size.x >= size.z {
-        u.x -= excess / u.x;
-    } else if size.y >= size.z {
-        u.y -= excess / u.y;
-    } else {
-        u.z -= excess / u.z;
-    }
-    return u;
+    let x = size.x >= size.y && size.x >= size.z;
+    let y = !x && size.y >= size.z;
+    return corrected(u, vec3<bool>(x, y, !x && !y));
 }
 
 // A vector almost as long as 1 made a unit vector: its largest component takes up what is missing, twice. To scale all of them by
 // 1 + e would round to one side, since numbers are twice as dense below 1 as above, and cool the fluid; compilers make that of u + e u, too.
 // What the largest component is too coarse for, such as the lean of fast sines, the smallest takes up.
 fn unit_vector(a: vec3<f32>) -> vec3<f32> {
-    var u = largest_corrected(largest_corrected(a));
-    let excess = excess_of(u);
+    let u = largest_corrected(largest_corrected(a));
     let size = abs(u);
+    let x = size.x <= size.y && size.x <= size.z;
+    let y = !x && size.y <= size.z;
     // Below this a correction would turn the vector by more than its sines are wrong.
-    if min(size.x, min(size.y, size.z)) > 0.03 {
-        if size.x <= size.y && size.x <= size.z {
-            u.x -= excess / u.x;
-        } else if size.y <= size.z {
-            u.y -= excess / u.y;
-        } else {
-            u.z -= excess / u.z;
-        }
-    }
-    return u;
+    let worth = min(size.x, min(size.y, size.z)) > 0.03;
+    return select(u, corrected(u, vec3<bool>(x, y, !x && !y)), worth);
 }

@@ -1,14 +1,12 @@
-// Reads particles. The including file binds `positions` and `velocities`.
+// Reads particles. The including file binds `particles` and `velocities_yz`: the six words of a particle are a vector of four and one of
+// two, since what a GPU can do in a time is to fetch so many vectors, however long they are, and to store whole rows of them.
 //!include particle
 
 fn position_at(i: u32) -> vec3<u32> {
-    return vec3<u32>(positions[3u * i], positions[3u * i + 1u], positions[3u * i + 2u]);
-}
-
-fn velocity_at(i: u32) -> vec3<f32> {
-    return vec3<f32>(velocities[3u * i], velocities[3u * i + 1u], velocities[3u * i + 2u]);
+    return particles[i].xyz;
 }
 
 fn particle_at(i: u32) -> Particle {
-    return Particle(position_at(i), velocity_at(i));
+    let p = particles[i];
+    return Particle(p.xyz, vec3<f32>(bitcast<f32>(p.w), velocities_yz[i]));
 }

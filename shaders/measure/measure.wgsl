@@ -9,8 +9,8 @@
 
 @group(0) @binding(0) var<uniform> system: SystemUniform;
 @group(0) @binding(1) var<uniform> settings: MeasureSettings;
-@group(0) @binding(2) var<storage, read> positions: array<u32>;
-@group(0) @binding(3) var<storage, read> velocities: array<f32>;
+@group(0) @binding(2) var<storage, read> particles: array<vec4<u32>>;
+@group(0) @binding(3) var<storage, read> velocities_yz: array<vec2<f32>>;
 @group(0) @binding(4) var<storage, read_write> moments: array<atomic<u32>>;
 @group(0) @binding(5) var<storage, read_write> totals: array<atomic<u32>>;
 @group(0) @binding(6) var<storage, read_write> fields: array<f32>;
@@ -50,8 +50,9 @@ fn clear(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) group
 fn reduce(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
     let i = invocation(group, groups, lane);
     if i < system.particle_count {
-        let place = locate(position_at(i), vec3<u32>(0u));
-        deposit(ONE_PARTICLE, place.cell, place.offset, velocity_at(i), Witness(SITE_SNAPSHOT, i, UNKNOWN));
+        let p = particle_at(i);
+        let place = locate(p.position, vec3<u32>(0u));
+        deposit(ONE_PARTICLE, place.cell, place.offset, p.velocity, Witness(SITE_SNAPSHOT, i, UNKNOWN));
     }
 }
 
@@ -116,10 +117,9 @@ fn sample(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) grou
     if k >= settings.samples {
         return;
     }
-    let position = position_at(k * settings.stride);
-    let velocity = velocity_at(k * settings.stride);
+    let p = particle_at(k * settings.stride);
     for (var axis = 0u; axis < 3u; axis++) {
-        samples[6u * k + axis] = position[axis];
-        samples[6u * k + 3u + axis] = bitcast<u32>(velocity[axis]);
+        samples[6u * k + axis] = p.position[axis];
+        samples[6u * k + 3u + axis] = bitcast<u32>(p.velocity[axis]);
     }
 }

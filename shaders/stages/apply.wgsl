@@ -1,12 +1,12 @@
 // apply: every particle receives its cell's operator, v <- b + A v + W x x.
 //!include dispatch
 //!include cells
-//!include particles
+//!include particles-store
 //!include operator-load
 
 @group(0) @binding(0) var<uniform> system: SystemUniform;
-@group(0) @binding(1) var<storage, read> positions: array<u32>;
-@group(0) @binding(2) var<storage, read_write> velocities: array<f32>;
+@group(0) @binding(1) var<storage, read_write> particles: array<vec4<u32>>;
+@group(0) @binding(2) var<storage, read_write> velocities_yz: array<vec2<f32>>;
 @group(0) @binding(3) var<storage, read> shift: array<u32>;
 @group(0) @binding(4) var<storage, read> operators: array<vec4<f32>>;
 
@@ -21,8 +21,5 @@ fn apply(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) group
     if i >= system.particle_count {
         return;
     }
-    let v = applied(i, particle_at(i)).velocity;
-    velocities[3u * i] = v.x;
-    velocities[3u * i + 1u] = v.y;
-    velocities[3u * i + 2u] = v.z;
+    store_particle(i, applied(i, particle_at(i)));
 }

@@ -5,8 +5,8 @@
 //!include particles
 
 @group(0) @binding(0) var<uniform> system: SystemUniform;
-@group(0) @binding(1) var<storage, read> positions: array<u32>;
-@group(0) @binding(2) var<storage, read> velocities: array<f32>;
+@group(0) @binding(1) var<storage, read> particles: array<vec4<u32>>;
+@group(0) @binding(2) var<storage, read> velocities_yz: array<vec2<f32>>;
 @group(0) @binding(3) var<storage, read> shift: array<u32>;
 @group(0) @binding(4) var<storage, read_write> moments: array<atomic<u32>>;
 @group(0) @binding(5) var<storage, read_write> faults: array<atomic<u32>>;
@@ -30,6 +30,7 @@ fn reduce(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) grou
     if i >= system.particle_count {
         return;
     }
-    let place = locate(position_at(i), vec3<u32>(shift[0], shift[1], shift[2]));
-    deposit(ONE_PARTICLE, place.cell, place.offset, velocity_at(i), Witness(SITE_CELL_REDUCE, i, now.step_low));
+    let p = particle_at(i);
+    let place = locate(p.position, vec3<u32>(shift[0], shift[1], shift[2]));
+    deposit(ONE_PARTICLE, place.cell, place.offset, p.velocity, Witness(SITE_CELL_REDUCE, i, now.step_low));
 }

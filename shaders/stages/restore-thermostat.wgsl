@@ -6,6 +6,7 @@
 //!include operator-load
 //!include operator-store
 //!include symmetric
+//!include energies
 
 @group(0) @binding(0) var<uniform> system: SystemUniform;
 @group(0) @binding(1) var<uniform> settings: RestoreThermostatSettings;
@@ -36,7 +37,8 @@ struct Centred {
 }
 
 fn restored(cell: u32, sums: Moments, turned: Operator) -> Operator {
-    if sums.count < 2.0 {
+    // A rotation alone keeps the energy.
+    if sums.count < 2.0 || !ENERGIES {
         return turned;
     }
     let k = centre(sums);

@@ -4,13 +4,13 @@
 //!include particles
 
 @group(0) @binding(0) var<uniform> system: SystemUniform;
-@group(0) @binding(1) var<storage, read_write> positions: array<u32>;
-@group(0) @binding(2) var<storage, read_write> velocities: array<f32>;
+@group(0) @binding(1) var<storage, read_write> particles: array<vec4<u32>>;
+@group(0) @binding(2) var<storage, read_write> velocities_yz: array<vec2<f32>>;
 @group(0) @binding(3) var<storage, read> shift: array<u32>;
 @group(0) @binding(4) var<storage, read_write> places: array<atomic<u32>>;
 @group(0) @binding(5) var<storage, read_write> block_sums: array<u32>;
-@group(0) @binding(6) var<storage, read_write> positions_sorted: array<u32>;
-@group(0) @binding(7) var<storage, read_write> velocities_sorted: array<f32>;
+@group(0) @binding(6) var<storage, read_write> particles_sorted: array<vec4<u32>>;
+@group(0) @binding(7) var<storage, read_write> velocities_yz_sorted: array<vec2<f32>>;
 
 // Cells of one workgroup of the scan, four for each invocation.
 const BLOCK: u32 = 1024u;
@@ -98,23 +98,17 @@ fn scatter(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) gro
     if i >= system.particle_count {
         return;
     }
-    let p = particle_at(i);
-    let cell = locate(p.position, vec3<u32>(shift[0], shift[1], shift[2])).cell;
-    let place = 3u * (block_sums[cell / BLOCK] + atomicAdd(&places[cell], 1u));
-    for (var k = 0u; k < 3u; k++) {
-        positions_sorted[place + k] = p.position[k];
-        velocities_sorted[place + k] = p.velocity[k];
-    }
+    let cell = locate(position_at(i), vec3<u32>(shift[0], shift[1], shift[2])).cell;
+    let place = block_sums[cell / BLOCK] + atomicAdd(&places[cell], 1u);
+    particles_sorted[place] = particles[i];
+    velocities_yz_sorted[place] = velocities_yz[i];
 }
 
 @compute @workgroup_size(WORKGROUP)
 fn copy_back(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
     let i = invocation(group, groups, lane);
-    if i >= system.particle_count {
-        return;
-    }
-    for (var k = 0u; k < 3u; k++) {
-        positions[3u * i + k] = positions_sorted[3u * i + k];
-        velocities[3u * i + k] = velocities_sorted[3u * i + k];
+    if i < system.particle_count {
+        particles[i] = particles_sorted[i];
+        velocities_yz[i] = velocities_yz_sorted[i];
     }
 }

@@ -10,8 +10,8 @@
 
 @group(0) @binding(0) var<uniform> system: SystemUniform;
 @group(0) @binding(1) var<uniform> settings: SquirmerCollideSettings;
-@group(0) @binding(2) var<storage, read_write> positions: array<u32>;
-@group(0) @binding(3) var<storage, read_write> velocities: array<f32>;
+@group(0) @binding(2) var<storage, read_write> particles: array<vec4<u32>>;
+@group(0) @binding(3) var<storage, read_write> velocities_yz: array<vec2<f32>>;
 @group(0) @binding(4) var<storage, read> species: array<SpeciesUniform>;
 @group(0) @binding(5) var<storage, read_write> squirmers: array<SquirmerState>;
 @group(0) @binding(6) var<storage, read_write> squirmer_map: array<atomic<u32>>;

@@ -6,8 +6,8 @@
 //!include wall-impulse
 
 @group(0) @binding(0) var<uniform> system: SystemUniform;
-@group(0) @binding(1) var<storage, read_write> positions: array<u32>;
-@group(0) @binding(2) var<storage, read_write> velocities: array<f32>;
+@group(0) @binding(1) var<storage, read_write> particles: array<vec4<u32>>;
+@group(0) @binding(2) var<storage, read_write> velocities_yz: array<vec2<f32>>;
 @group(0) @binding(3) var<storage, read_write> wall_impulses: array<atomic<u32>>;
 
 fn streamed(i: u32, before: Particle) -> Particle {

@@ -9,7 +9,6 @@ use crate::gpu::{Form, Gpu, Session};
 use crate::graph::Plan;
 use crate::graph::traffic::{self, Work};
 use crate::sim::RunError;
-use crate::state::packed;
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
@@ -80,8 +79,8 @@ pub fn measure(
     }
     let session = &subject.session;
     let particles = session.particles();
-    let sizes = packed::sizes(&plan.system, particles);
-    let work = if fused { traffic::fused(plan, &sizes) } else { traffic::loose(plan, &sizes) };
+    let sizes = session.sizes();
+    let work = if fused { traffic::fused(plan, sizes) } else { traffic::loose(plan, sizes) };
     let work = work.map_err(crate::gpu::GpuError::from)?;
     let us_per_step = Spread::of(&seconds).ok_or(BenchError::Stopped)?.times(1e6 / batch as f64);
     let ns = us_per_step.times(1e3 / particles.max(1) as f64);
@@ -292,8 +291,8 @@ fn memory(session: &Session) -> Memory {
         let there = |(name, _): &(&str, u64)| find(name).is_some_and(|b| extents.contains(&b.extent));
         session.buffers().filter(there).map(|(_, bytes)| bytes).sum()
     };
-    let particles = bytes_over(&[Extent::Particles]);
-    let cells = bytes_over(&[Extent::Cells, Extent::Lists, Extent::Spills, Extent::Blocks, Extent::Scans]);
+    let particles = bytes_over(&[Extent::Particles, Extent::Links]);
+    let cells = bytes_over(&[Extent::Cells, Extent::Blocks, Extent::Scans]);
     let bytes = session.memory();
     let count: f64 = session.system().domain.volume();
     Memory {

@@ -20,23 +20,12 @@ pub enum Fault {
     Stuck = 64,
     /// A velocity is not a number.
     Nan = 128,
-    /// Too many particles share cells whose lists are full.
-    Spill = 256,
 }
 
 impl Fault {
     /// Every fault.
-    pub const ALL: &'static [Self] = &[
-        Self::Speed,
-        Self::Count,
-        Self::Energy,
-        Self::Steric,
-        Self::Impulse,
-        Self::Crowded,
-        Self::Stuck,
-        Self::Nan,
-        Self::Spill,
-    ];
+    pub const ALL: &'static [Self] =
+        &[Self::Speed, Self::Count, Self::Energy, Self::Steric, Self::Impulse, Self::Crowded, Self::Stuck, Self::Nan];
 }
 
 /// Where in a step a fault was seen: word 1 of `faults`.

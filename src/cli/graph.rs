@@ -1,7 +1,7 @@
 //! `squirm graph`: the stages of a pipeline file and the buffers between them.
 
 use super::{RUN_FAILED, load, print, render};
-use squirm::graph::{draw, fused, kernels, sizes};
+use squirm::graph::{draw, fused, kernels};
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -25,7 +25,8 @@ pub fn graph(file: &Path, format: Format, form: super::Form, overrides: &[String
     render::all(&loaded.warnings, &loaded.sources);
     let plan = &loaded.plan;
     if form == super::Form::Fused {
-        let (stages, sizes) = (fused::stages(plan, false), sizes(&plan.system));
+        let sizes = fused::sizes(plan, plan.system.particle_count(), true);
+        let stages = fused::stages(plan, false);
         return match fused::items(&stages, fused::Occasion::Next, &sizes) {
             Ok(items) => print(&draw::fused(&items, &stages, &sizes)),
             Err(error) => invalid(&error),

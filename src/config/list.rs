@@ -55,7 +55,7 @@ pub fn read(reader: &mut Reader, root: &Node) -> (Vec<Listed>, bool) {
 
 /// Whether a stage writes the cells' operators, which ask for an `apply`.
 fn computes_operators(entry: &'static Entry) -> bool {
-    let uses = entry.phases.iter().filter_map(|p| kernels::uses(entry, p.entry, false).ok()).flatten();
+    let uses = entry.phases.iter().filter_map(|p| kernels::uses(entry, p.entry).ok()).flatten();
     uses.into_iter().any(|u| u.write && u.buffer == "operators")
 }
 

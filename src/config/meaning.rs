@@ -3,7 +3,7 @@
 use super::Loaded;
 use super::check::{SOUND, restores};
 use super::pace;
-use crate::graph::{self, Output, Plan, memory, sizes};
+use crate::graph::{self, Output, Plan, memory};
 use crate::math::mobility::Friction;
 use crate::math::transport::{Rule, Transport};
 use crate::params::Value;
@@ -77,9 +77,9 @@ pub fn meaning(loaded: &Loaded) -> Meaning {
     let Loaded { plan, particles, .. } = loaded;
     let system = &plan.system;
     let transport = rule(plan).map(|rule| rule.transport());
-    let mut elements = sizes(system);
-    elements.particles = *particles;
-    let bound = graph::fused::bound(plan).unwrap_or_default();
+    // As on a GPU.
+    let elements = graph::fused::sizes(plan, *particles, true);
+    let bound = graph::fused::bound(plan, &elements).unwrap_or_default();
     let buffers = memory(bound.iter().map(String::as_str), &elements);
     let mut memory: Vec<_> = buffers.into_iter().map(|(b, bytes)| (b.name, bytes)).collect();
     memory.extend(snapshots(plan, *particles));

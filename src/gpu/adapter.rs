@@ -31,6 +31,8 @@ pub struct Gpu {
     pub summary: AdapterSummary,
     /// How many invocations share the sums over one cell in the fused plan.
     pub lanes: Lanes,
+    /// Whether particles add to the sums over cells in pairs, with 64-bit atomics, where the fused plan can do with few sums.
+    pub pairs: bool,
     pub(super) device: wgpu::Device,
     pub(super) queue: wgpu::Queue,
     pub(super) timestamps: bool,
@@ -50,6 +52,9 @@ const NEEDED: wgpu::Features = wgpu::Features::IMMEDIATES;
 
 /// What neighbouring invocations need to add up their sums.
 const SHARING: wgpu::Features = wgpu::Features::SUBGROUP;
+
+/// What kernels need to add two sums at a time.
+const PAIRS: wgpu::Features = wgpu::Features::SHADER_INT64.union(wgpu::Features::SHADER_INT64_ATOMIC_ALL_OPS);
 
 /// What the invocations of a workgroup need to read what the others wrote; without it they have what the barrier gives.
 const COHERENT: wgpu::Features = wgpu::Features::MEMORY_DECORATION_COHERENT;
@@ -122,7 +127,8 @@ impl Gpu {
         let timestamps = adapter.features().contains(timing_features());
         let shares = adapter.features().contains(SHARING) && adapter.get_info().subgroup_min_size >= 4;
         let coherent = adapter.features().contains(COHERENT);
-        let optional = [(timestamps, timing_features()), (shares, SHARING), (coherent, COHERENT)];
+        let pairs = adapter.features().contains(PAIRS);
+        let optional = [(timestamps, timing_features()), (shares, SHARING), (coherent, COHERENT), (pairs, PAIRS)];
         let required_features =
             optional.iter().filter(|(there, _)| *there).fold(NEEDED, |all, (_, feature)| all | *feature);
         let descriptor = wgpu::DeviceDescriptor {
@@ -143,7 +149,9 @@ impl Gpu {
         device.set_device_lost_callback(move |reason, message| {
             record(&note, |f| &mut f.lost, format!("device lost ({reason:?}): {message}"));
         });
-        let mut gpu = Self { summary: chosen, lanes: Lanes::One, device, queue, timestamps, coherent, failure };
+        // Atomics are slow on a CPU.
+        let pairs = pairs && chosen.kind != "CPU";
+        let mut gpu = Self { summary: chosen, lanes: Lanes::One, pairs, device, queue, timestamps, coherent, failure };
         if shares && gpu.summary.kind != "CPU" && gpu.subgroups_are_neighbours() {
             gpu.lanes = Lanes::Four;
         }

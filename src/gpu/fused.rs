@@ -65,9 +65,10 @@ impl Ordered {
         if let Some(known) = self.kernels.iter().position(|(i, _)| *i == item) {
             return Ok(known);
         }
+        let lanes = item.lanes(self.lanes);
         let module = match &item {
-            Item::Joint(members) => joint(members, stages, self.lanes)?,
-            Item::Alone(m) => stages[m.stage].0.fused_module(m.fused, self.lanes)?,
+            Item::Joint(members) => joint(members, stages, lanes)?,
+            Item::Alone(m) => stages[m.stage].0.fused_module(m.wgsl, lanes)?,
             Item::Small(members) => small::module(members, stages, sizes)?,
         };
         self.kernels.push((item, module));
@@ -98,7 +99,7 @@ impl Fused {
             let over = members[0].phase.over;
             let groups = match item {
                 Item::Small(_) => [1, 1],
-                _ => groups(sizes.count(over) * item.lanes(ordered.lanes), over),
+                _ => groups(sizes.count(over) * item.lanes(ordered.lanes).count(), over),
             };
             let (point, label) = (item.point(), item.label(|stage| plan.stages[stage].entry.kind));
             let compiled = compile(gpu, &label, &module);

@@ -7,7 +7,7 @@ use super::{Gpu, GpuError};
 use crate::buffers::{Buffer, CATALOGUE, Life, Sizes, SquirmerState};
 use crate::graph::fused::Occasion;
 use crate::graph::{self, Plan};
-use crate::state::{State, System, packed};
+use crate::state::{Particle, State, System, packed};
 use std::collections::{HashMap, HashSet};
 
 /// A run on a GPU.
@@ -85,7 +85,10 @@ impl Session {
         (particles, step): (u64, u64),
         (form, room): (Form, u64),
     ) -> Result<Self, GpuError> {
-        let sizes = packed::sizes(&plan.system, particles);
+        let sizes = match form {
+            Form::Loose => packed::sizes(&plan.system, particles),
+            Form::Fused => graph::fused::sizes(plan, particles, gpu.pairs),
+        };
         let (modules, ordered) = match form {
             Form::Loose => (plan.stages.iter().map(|s| s.entry.module()).collect::<Result<Vec<_>, _>>()?, None),
             Form::Fused => (Vec::new(), Some(Ordered::new(plan, gpu.lanes, &sizes)?)),
@@ -119,11 +122,22 @@ impl Session {
         Ok(session)
     }
 
+    /// Replaces all particles, as many as there are, by others.
+    pub fn write_particles(&self, particles: &[Particle]) {
+        let (particles, velocities_yz) = packed::pack_particles(&self.system.domain, particles);
+        self.write("particles", bytemuck::cast_slice(&particles));
+        self.write("velocities_yz", bytemuck::cast_slice(&velocities_yz));
+    }
+
     fn upload(&self, state: &State) {
-        let (positions, velocities) = packed::pack_particles(&self.system.domain, &state.particles);
-        self.write("positions", bytemuck::cast_slice(&positions));
-        self.write("velocities", bytemuck::cast_slice(&velocities));
+        self.write_particles(&state.particles);
         self.write("squirmers", bytemuck::cast_slice(&packed::pack_squirmers(&self.system, &state.squirmers)));
+    }
+
+    /// Elements of every extent.
+    #[must_use]
+    pub fn sizes(&self) -> &Sizes {
+        &self.sizes
     }
 
     /// Name of the adapter.
@@ -328,15 +342,15 @@ impl Session {
     /// # Errors
     /// If the device was lost.
     pub fn raw(&self) -> Result<packed::Raw, GpuError> {
-        let mut positions = self.read::<u32>("positions")?;
-        let mut velocities = self.read::<f32>("velocities")?;
+        let mut particles = self.read::<[u32; 4]>("particles")?;
+        let mut velocities_yz = self.read::<[f32; 2]>("velocities_yz")?;
         let mut squirmers = self.read::<SquirmerState>("squirmers")?;
         // Buffers are never empty, and their length is rounded up.
-        let particles = usize::try_from(self.sizes.particles).expect("particles fit in memory");
-        positions.truncate(3 * particles);
-        velocities.truncate(3 * particles);
+        let count = usize::try_from(self.sizes.particles).expect("particles fit in memory");
+        particles.truncate(count);
+        velocities_yz.truncate(count);
         squirmers.truncate(self.system.squirmer_count() as usize);
-        Ok(packed::Raw { step: self.step, positions, velocities, squirmers })
+        Ok(packed::Raw::new(self.step, &particles, &velocities_yz, squirmers))
     }
 
     /// The state on the host; waits for the GPU.

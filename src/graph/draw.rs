@@ -204,7 +204,7 @@ mod tests {
         let kernel = |stage, kind, entry, receive, uses| Kernel { stage, kind, entry, receive, every_step: true, uses };
         vec![
             kernel(0, "sum", "clear", false, vec![used("system", true, false), used("moments", false, true)]),
-            kernel(0, "sum", "add", false, vec![used("positions", true, false), used("moments", true, true)]),
+            kernel(0, "sum", "add", false, vec![used("particles", true, false), used("moments", true, true)]),
             kernel(1, "apply", "apply", false, vec![used("moments", true, false)]),
             kernel(0, "sum", "take", true, vec![used("moments", true, false)]),
         ]
@@ -216,7 +216,7 @@ mod tests {
 r reads, w writes, + reads and writes; a step runs from top to bottom
 
                            ┌ moments
-                           │ ┌ positions
+                           │ ┌ particles
 sum    clear               w ·
        add                 + r
 apply  apply               r ·
@@ -230,7 +230,7 @@ sum    take (after apply)  r ·
         let text = dot("a \"run\"", &kernels());
         assert!(text.starts_with("digraph \"a _run_\" {"), "{text}");
         assert!(text.contains("\"stage sum\" -> \"moments\" [dir=both];"), "{text}");
-        assert!(text.contains("\"positions\" -> \"stage sum\";"), "{text}");
+        assert!(text.contains("\"particles\" -> \"stage sum\";"), "{text}");
         assert!(text.contains("\"moments\" -> \"stage apply\";") && !text.contains("\"stage apply\" -> \"moments\";"));
         assert!(!text.contains("system"));
         let text = mermaid(&kernels());
@@ -248,7 +248,7 @@ sum    take (after apply)  r ·
         assert!(text.contains("apply apply + stream stream + cell-reduce tally "), "{text}");
         assert!(text.contains("one workgroup:\n  shift-grid keep_shift "), "{text}");
         let line = text.lines().find(|l| l.starts_with("cell-reduce gather + rotate rotate")).expect("they share one");
-        // Particles 24, lists 4, counts read and written 0.8, the operator 6.4, and the shift; no moments, which stay in registers.
+        // Particles 24, links 4, chains read and written 0.8, the operator 6.4, and the shift; no moments, which stay in registers.
         assert!(line.contains(" 35.2") && !line.contains("moments"), "{line}");
         assert!(text.lines().last().is_some_and(|l| l.starts_with("a step")), "{text}");
     }

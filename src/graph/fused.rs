@@ -4,11 +4,12 @@
 //! Kernels in between run before or after the joint one as far as the buffers allow that they truly bind. Small ones are joined in the end
 //! ([`small`]).
 
-use super::kernels::{APPLY, Use, reflected};
+use super::kernels::{APPLY, Use, places, reflected};
 use super::{Plan, small};
 use crate::buffers::{Extent, Sizes};
 use crate::shader::{ENTRY, Lanes, Module, Over, Part, ShaderError, fuse};
 use crate::stages::{Entry, Phase};
+use crate::state::packed;
 
 /// One kernel of a stage as the fused plan runs it.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -17,8 +18,8 @@ pub struct Member {
     pub stage: usize,
     /// Its entry point and extent.
     pub phase: Phase,
-    /// The entry point is in the stage's WGSL for the fused plan.
-    pub fused: bool,
+    /// The WGSL text that has the entry point.
+    pub wgsl: &'static str,
     /// Several invocations may share each of its elements.
     pub shared: bool,
     /// It belongs to the step before: its random numbers and its repetition are that step's.
@@ -93,8 +94,8 @@ impl Item {
 
     /// Invocations for each of its elements.
     #[must_use]
-    pub fn lanes(&self, lanes: Lanes) -> u64 {
-        if self.members()[0].shared { lanes.count() } else { 1 }
+    pub fn lanes(&self, adapter: Lanes) -> Lanes {
+        if self.members()[0].shared { adapter } else { Lanes::One }
     }
 
     /// The kernels in it.
@@ -115,15 +116,22 @@ pub fn stages(plan: &Plan, all: bool) -> Vec<(&'static Entry, u32, bool)> {
     plan.stages.iter().map(stage).collect()
 }
 
+/// Elements of every extent in a fused run of the plan; `pairs`: the adapter is good at adding 64-bit integers.
+#[must_use]
+pub fn sizes(plan: &Plan, particles: u64, pairs: bool) -> Sizes {
+    let sizes = packed::sizes(&plan.system, particles);
+    Sizes { pairs: if pairs && !places(plan) { sizes.cells } else { 0 }, ..sizes }
+}
+
 /// Buffers that a run of the plan binds, some of them more than once.
 ///
 /// # Errors
 /// If the WGSL of a stage is not valid.
-pub fn bound(plan: &Plan) -> Result<Vec<String>, ShaderError> {
+pub fn bound(plan: &Plan, sizes: &Sizes) -> Result<Vec<String>, ShaderError> {
     let mut names = Vec::new();
     for all in [true, false] {
         for occasion in [Occasion::First, Occasion::Next, Occasion::Last] {
-            for item in items(&stages(plan, all), occasion, &super::sizes(&plan.system))? {
+            for item in items(&stages(plan, all), occasion, sizes)? {
                 names.extend(item.members().iter().flat_map(|m| &m.uses).map(|u| u.buffer.clone()));
             }
         }
@@ -154,30 +162,32 @@ pub fn items(
 ) -> Result<Vec<Item>, ShaderError> {
     let apply = stages.iter().position(|(entry, ..)| entry.kind == APPLY).unwrap_or(stages.len());
     let mut list = Vec::new();
+    let pairs = sizes.pairs > 0;
     if occasion == Occasion::Next {
         for (stage, (entry, ..)) in stages.iter().enumerate() {
-            for phase in entry.fused.map_or(&[] as &[Phase], |f| f.preface) {
-                list.push(member(entry, stage, *phase, (true, false, 0))?);
+            let Some(fused) = entry.otherwise(pairs) else { continue };
+            for phase in fused.preface {
+                list.push(member(entry, stage, (*phase, fused.wgsl), (false, 0))?);
             }
         }
     }
     if occasion != Occasion::First && apply < stages.len() {
         let late = occasion == Occasion::Next;
-        push(&mut list, stages, apply, late)?;
+        push(&mut list, stages, (apply, pairs), late)?;
         for (stage, (entry, ..)) in stages.iter().enumerate() {
-            enter(&mut list, entry, stage, entry.receive, (late, 0))?;
+            enter(&mut list, entry, (stage, pairs), entry.receive, (late, 0))?;
         }
         for stage in apply + 1..stages.len() {
-            push(&mut list, stages, stage, late)?;
+            push(&mut list, stages, (stage, pairs), late)?;
         }
     }
     if occasion != Occasion::Last {
         for stage in 0..apply {
-            push(&mut list, stages, stage, false)?;
+            push(&mut list, stages, (stage, pairs), false)?;
         }
     }
     list.retain(|m| sizes.count(m.phase.over) > 0);
-    Ok(small::joined(arranged(postponed(list, stages), stages), stages, sizes))
+    Ok(small::joined(arranged(postponed(list, stages), stages), sizes))
 }
 
 /// What is aside of the collision goes as far to the end as its buffers allow: there it may join those who need its cells.
@@ -193,12 +203,12 @@ fn postponed(mut list: Vec<Member>, stages: &[(&'static Entry, u32, bool)]) -> V
 fn push(
     list: &mut Vec<Member>,
     stages: &[(&'static Entry, u32, bool)],
-    stage: usize,
+    (stage, pairs): (usize, bool),
     late: bool,
 ) -> Result<(), ShaderError> {
     let (entry, repetitions, runs) = stages[stage];
     for repetition in 0..if runs { repetitions } else { 0 } {
-        enter(list, entry, stage, entry.phases, (late, repetition))?;
+        enter(list, entry, (stage, pairs), entry.phases, (late, repetition))?;
     }
     Ok(())
 }
@@ -206,12 +216,12 @@ fn push(
 fn enter(
     list: &mut Vec<Member>,
     entry: &'static Entry,
-    stage: usize,
+    (stage, pairs): (usize, bool),
     phases: &[Phase],
     (late, repetition): (bool, u32),
 ) -> Result<(), ShaderError> {
-    for (phase, fused) in phases.iter().flat_map(|p| entry.fused_phases(*p)) {
-        list.push(member(entry, stage, phase, (fused, late, repetition))?);
+    for place in phases.iter().flat_map(|p| entry.fused_phases(*p, pairs)) {
+        list.push(member(entry, stage, place, (late, repetition))?);
     }
     Ok(())
 }
@@ -219,16 +229,16 @@ fn enter(
 fn member(
     entry: &'static Entry,
     stage: usize,
-    phase: Phase,
-    (fused, late, repetition): (bool, bool, u32),
+    (phase, wgsl): (Phase, &'static str),
+    (late, repetition): (bool, u32),
 ) -> Result<Member, ShaderError> {
-    let (mut uses, now) = reflected(entry, phase.entry, fused)?;
+    let (mut uses, now) = reflected(entry, wgsl, phase.entry)?;
     if late && entry.kind == APPLY {
         // By then the grid has been moved.
         uses.iter_mut().filter(|u| u.buffer == "shift").for_each(|u| "shift_before".clone_into(&mut u.buffer));
     }
     let shared = entry.shared.contains(&phase.entry);
-    Ok(Member { stage, phase, fused, shared, late, repetition, uses, now })
+    Ok(Member { stage, phase, wgsl, shared, late, repetition, uses, now })
 }
 
 /// One of them writes what the other uses. Faults are flags that are only ever added.
@@ -272,16 +282,11 @@ fn arranged(list: Vec<Member>, stages: &[(&'static Entry, u32, bool)]) -> Vec<It
     items
 }
 
-/// The WGSL that has the kernel of a member.
-pub(super) fn text(member: &Member, entry: &'static Entry) -> &'static str {
-    if member.fused { entry.fused.map_or("", |f| f.wgsl) } else { entry.wgsl }
-}
-
 fn part(m: &Member, stages: &[(&'static Entry, u32, bool)]) -> Part<'static> {
     let entry = stages[m.stage].0;
     Part {
         kind: entry.kind,
-        wgsl: text(m, entry),
+        wgsl: m.wgsl,
         settings: entry.uniform_wgsl,
         function: entry.function(m.phase.entry).unwrap_or_default(),
         late: m.late,

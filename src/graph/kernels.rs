@@ -1,6 +1,6 @@
 //! The kernels of one step in the order of execution, each with the buffers that it truly reads and writes.
 
-use super::Plan;
+use super::{Plan, PlannedStage};
 use crate::shader::{Lanes, Module, ShaderError};
 use crate::stages::{Entry, Phase, REGISTRY};
 use std::collections::{HashMap, hash_map};
@@ -64,7 +64,7 @@ fn push(
 ) -> Result<(), ShaderError> {
     let (entry, every_step) = stages[stage];
     for phase in phases {
-        let uses = uses(entry, phase.entry, false)?;
+        let uses = uses(entry, phase.entry)?;
         list.push(Kernel { stage, kind: entry.kind, entry: phase.entry, receive, every_step, uses });
     }
     Ok(())
@@ -72,39 +72,52 @@ fn push(
 
 /// What the kernels of a plan may leave out: the values of the constants `override NAME` of its WGSL, 0 or 1.
 #[must_use]
-pub fn constants(plan: &Plan) -> [(&'static str, f64); 4] {
+pub fn constants(plan: &Plan) -> [(&'static str, f64); 5] {
     let system = &plan.system;
-    // Where no collision uses the sums, whoever reads them wants them whole.
-    let collides = plan.stages.iter().any(|s| s.entry.kind == APPLY);
-    let places = !collides || plan.stages.iter().any(|s| (s.entry.places)(&s.values));
     let yes = |b: bool| f64::from(u8::from(b));
     [
         ("WALLS", yes(system.domain.walls.is_some())),
         ("FORCE", yes(system.fluid.acceleration != [0.0; 3])),
-        ("PLACES", yes(places)),
+        ("PLACES", yes(places(plan))),
+        ("ENERGIES", yes(asked(plan, |s| (s.entry.energies)(&s.values)))),
         ("BINS", yes(super::sizes(system).bins > 0)),
     ]
 }
 
-/// What an entry point of a stage binds, in its own WGSL or in that for the fused plan.
-///
-/// # Errors
-/// If the WGSL of the stage is not valid.
-pub fn uses(entry: &'static Entry, point: &'static str, fused: bool) -> Result<Vec<Use>, ShaderError> {
-    Ok(reflected(entry, point, fused)?.0)
+/// Whether the collision uses the sums over positions in a cell.
+#[must_use]
+pub fn places(plan: &Plan) -> bool {
+    asked(plan, |s| (s.entry.places)(&s.values))
 }
 
-/// The same, and whether it uses `now`. Modules are reflected once for the life of the program.
+/// Whether a stage asks for certain sums. Where no collision uses any, whoever reads them wants them whole.
+fn asked(plan: &Plan, by: impl Fn(&PlannedStage) -> bool) -> bool {
+    !plan.stages.iter().any(|s| s.entry.kind == APPLY) || plan.stages.iter().any(by)
+}
+
+/// What an entry point of a stage binds in the loose plan.
 ///
 /// # Errors
 /// If the WGSL of the stage is not valid.
-pub fn reflected(entry: &'static Entry, point: &'static str, fused: bool) -> Result<(Vec<Use>, bool), ShaderError> {
-    type Known = HashMap<(&'static str, bool), Vec<(String, Vec<Use>, bool)>>;
+pub fn uses(entry: &'static Entry, point: &'static str) -> Result<Vec<Use>, ShaderError> {
+    Ok(reflected(entry, entry.wgsl, point)?.0)
+}
+
+/// What an entry point in a WGSL text of a stage binds, and whether it uses `now`. Modules are reflected once for the life of the program.
+///
+/// # Errors
+/// If the WGSL of the stage is not valid.
+pub fn reflected(
+    entry: &'static Entry,
+    wgsl: &'static str,
+    point: &'static str,
+) -> Result<(Vec<Use>, bool), ShaderError> {
+    type Known = HashMap<&'static str, Vec<(String, Vec<Use>, bool)>>;
     static KNOWN: Mutex<Option<Known>> = Mutex::new(None);
     let mut guard = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
     let known = guard.get_or_insert_default();
-    if let hash_map::Entry::Vacant(place) = known.entry((entry.kind, fused)) {
-        let module = entry.fused_module(fused, Lanes::One)?;
+    if let hash_map::Entry::Vacant(place) = known.entry(wgsl) {
+        let module = entry.fused_module(wgsl, Lanes::One)?;
         let bound = |m: &Module, point: &str| {
             let bindings = m.bindings(point).iter();
             bindings.map(|b| Use { buffer: b.name.clone(), read: b.access.read, write: b.access.write }).collect()
@@ -112,7 +125,7 @@ pub fn reflected(entry: &'static Entry, point: &'static str, fused: bool) -> Res
         let points = module.entry_points().map(|p| (p.to_owned(), bound(&module, p), module.uses_now(p))).collect();
         place.insert(points);
     }
-    let points = &known[&(entry.kind, fused)];
+    let points = &known[wgsl];
     let found = points.iter().find(|(name, ..)| name == point);
     Ok(found.map(|(_, uses, now)| (uses.clone(), *now)).unwrap_or_default())
 }
@@ -121,7 +134,7 @@ pub fn reflected(entry: &'static Entry, point: &'static str, fused: bool) -> Res
 #[must_use]
 pub fn makers(buffer: &str) -> Vec<&'static str> {
     let makes = |entry: &&'static Entry| {
-        let mut uses = entry.phases.iter().filter_map(|p| uses(entry, p.entry, false).ok()).flatten();
+        let mut uses = entry.phases.iter().filter_map(|p| uses(entry, p.entry).ok()).flatten();
         uses.find(|u| u.buffer == buffer).is_some_and(|u| u.write && !u.read)
     };
     REGISTRY.iter().filter(makes).map(|e| e.kind).collect()

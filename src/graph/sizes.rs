@@ -20,8 +20,17 @@ pub fn contact_range(longest: f64) -> f64 {
 }
 
 /// Buffers that snapshots read, whatever the stages use.
-pub const SHOWN: [&str; 9] =
-    ["positions", "velocities", "squirmers", "species", "moments", "faults", "fluid_force", "steric", "wall_impulses"];
+pub const SHOWN: [&str; 9] = [
+    "particles",
+    "velocities_yz",
+    "squirmers",
+    "species",
+    "moments",
+    "faults",
+    "fluid_force",
+    "steric",
+    "wall_impulses",
+];
 
 /// The buffers of a run whose kernels bind these, and the bytes of each, in the order of the catalogue.
 #[must_use]
@@ -89,12 +98,12 @@ mod tests {
     #[test]
     fn memory_counts_each_buffer_once() {
         let list =
-            memory(["positions", "velocities", "positions", "settings"].into_iter(), &sizes(&system(false, &[])));
+            memory(["particles", "velocities_yz", "particles", "settings"].into_iter(), &sizes(&system(false, &[])));
         let bytes: Vec<(&str, u64)> = list.iter().map(|(b, n)| (b.name, *n)).collect();
         let words = crate::buffers::find("moments").unwrap().words as u64;
-        for wanted in [("positions", 60_000 * 12), ("velocities", 60_000 * 12), ("moments", 7680 * 4 * words)] {
+        for wanted in [("particles", 60_000 * 16), ("velocities_yz", 60_000 * 8), ("moments", 7680 * 4 * words)] {
             assert_eq!(bytes.iter().filter(|b| **b == wanted).count(), 1, "{bytes:?}");
         }
-        assert!(!bytes.iter().any(|(name, _)| *name == "cell_lists" || *name == "settings"));
+        assert!(!bytes.iter().any(|(name, _)| *name == "links" || *name == "settings"));
     }
 }

@@ -1,7 +1,7 @@
 //! Small kernels of the fused plan: runs of them over a few elements each become one kernel of a single workgroup, which does one after
 //! the other. A launch costs more than what they compute.
 
-use super::fused::{Item, Member, conflict, text};
+use super::fused::{Item, Member, conflict};
 use crate::buffers::{Extent, Sizes};
 use crate::shader::{Module, Part, Phase, ShaderError, apart, one_workgroup};
 use crate::stages::Entry;
@@ -20,11 +20,11 @@ const SHORT: [Extent; 6] =
 /// Stages as [`super::fused::items`] has them.
 pub type Stages<'a> = &'a [(&'static Entry, u32, bool)];
 
-fn small<'a>(item: &'a Item, stages: Stages<'_>, sizes: &Sizes) -> Option<&'a Member> {
+fn small<'a>(item: &'a Item, sizes: &Sizes) -> Option<&'a Member> {
     let Item::Alone(m) = item else { return None };
     let few = if m.phase.over == Extent::SquirmerParts { FEW_PARTS } else { FEW };
     let short = SHORT.contains(&m.phase.over) && sizes.count(m.phase.over) <= few;
-    (short && apart(text(m, stages[m.stage].0), m.phase.entry)).then_some(m)
+    (short && apart(m.wgsl, m.phase.entry)).then_some(m)
 }
 
 fn conflicts(a: &[Member], b: &[Member]) -> bool {
@@ -38,17 +38,17 @@ fn same_time(group: &[Member], member: &Member) -> bool {
 }
 
 /// Joins small kernels with later ones; kernels in between go before or after as far as their buffers allow.
-pub(super) fn joined(items: Vec<Item>, stages: Stages<'_>, sizes: &Sizes) -> Vec<Item> {
+pub(super) fn joined(items: Vec<Item>, sizes: &Sizes) -> Vec<Item> {
     let mut done = Vec::new();
     let mut rest = items;
-    while let Some(first) = rest.iter().position(|i| small(i, stages, sizes).is_some()) {
+    while let Some(first) = rest.iter().position(|i| small(i, sizes).is_some()) {
         let later = rest.split_off(first + 1);
         let mut group = rest.pop().expect("it was found").members().to_vec();
         done.append(&mut rest);
         let mut deferred: Vec<Item> = Vec::new();
         for item in later {
             let free = !deferred.iter().any(|d| conflicts(d.members(), item.members()));
-            match small(&item, stages, sizes) {
+            match small(&item, sizes) {
                 Some(member) if free && same_time(&group, member) => group.push(member.clone()),
                 _ if free && !conflicts(&group, item.members()) => done.push(item),
                 _ => deferred.push(item),
@@ -75,13 +75,8 @@ pub fn module(members: &[Member], stages: Stages<'_>, sizes: &Sizes) -> Result<M
         if waits {
             since = k;
         }
-        let part = Part {
-            kind: entry.kind,
-            wgsl: text(m, entry),
-            settings: entry.uniform_wgsl,
-            function: m.phase.entry,
-            late: false,
-        };
+        let part =
+            Part { kind: entry.kind, wgsl: m.wgsl, settings: entry.uniform_wgsl, function: m.phase.entry, late: false };
         phases.push(Phase { part, count: sizes.count(m.phase.over), waits });
     }
     one_workgroup(&phases)

@@ -18,8 +18,7 @@ pub struct Work {
     pub bytes: f64,
 }
 
-/// Bytes per particle that a kernel moves of one buffer: all of it, or as much as it has invocations for. Lists of cells hold each
-/// particle once; hardly any particle is beyond them.
+/// Bytes per particle that a kernel moves of one buffer: all of it, or as much as it has invocations for.
 #[must_use]
 #[allow(clippy::cast_precision_loss)]
 pub fn moved(used: &Use, over: Extent, sizes: &Sizes) -> f64 {
@@ -27,8 +26,9 @@ pub fn moved(used: &Use, over: Extent, sizes: &Sizes) -> f64 {
     let cells = if over == Extent::SquirmerColumns { sizes.box_edge } else { 1 };
     let few = matches!(over, Extent::WallCells | Extent::SquirmerGhosts | Extent::SquirmerColumns);
     let whole = match buffer.extent {
-        Extent::Lists => sizes.particles,
-        Extent::Spills => 0,
+        // Of particles or of ghosts.
+        Extent::Links if over == Extent::SquirmerGhosts => sizes.count(over),
+        Extent::Links => sizes.particles,
         extent => sizes.count(extent),
     };
     let elements = if few { whole.min(sizes.count(over) * cells) } else { whole };
@@ -67,7 +67,7 @@ pub fn loose(plan: &Plan, sizes: &Sizes) -> Result<Vec<Work>, ShaderError> {
         let place = entry.phases.iter().map(|p| (p, times));
         for (phase, times) in place.chain(late.iter().map(|p| (p, 1.0))) {
             let Phase { entry: point, over } = *phase;
-            let bytes = uses(entry, point, false)?.iter().map(|u| moved(u, over, sizes)).sum::<f64>();
+            let bytes = uses(entry, point)?.iter().map(|u| moved(u, over, sizes)).sum::<f64>();
             add(&mut work, entry.kind, (sizes.count(over) > 0).then_some((times, times * bytes)));
         }
     }
@@ -110,7 +110,7 @@ mod tests {
         let sizes = Sizes { particles: 1000, cells: 100, wall_cells: 20, ..Sizes::default() };
         let used = |name: &str, read, write| Use { buffer: name.into(), read, write };
         let bytes = |name, read, write, over| moved(&used(name, read, write), over, &sizes);
-        assert_eq!(bytes("positions", true, true, Extent::Particles), 24.0);
+        assert_eq!(bytes("particles", true, true, Extent::Particles), 32.0);
         assert_eq!(bytes("operators", true, false, Extent::Particles), 6.4);
         // Only the cells at the walls.
         assert_eq!(bytes("moments", true, true, Extent::WallCells), 2.0 * 20.0 * 96.0 / 1000.0);

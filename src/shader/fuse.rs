@@ -44,10 +44,10 @@ pub enum Over {
 /// How many invocations share the work for one cell, and whether they know of the others of their subgroup.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
 pub enum Lanes {
-    /// One: what suits a CPU. Particles stay where they are in memory until they are sorted.
+    /// One: what suits a CPU.
     #[default]
     One,
-    /// Four neighbours of a subgroup: more loads under way at a time, which suits a GPU. Neighbours write their particles together.
+    /// Four neighbours of a subgroup: more loads under way at a time, which suits a GPU.
     Four,
 }
 
@@ -87,10 +87,7 @@ pub fn settings_name(kind: &str) -> String {
 pub fn fuse(parts: &[Part<'_>], over: Over, lanes: Lanes) -> Result<Module, ShaderError> {
     let mut includes = vec!["dispatch".to_owned()];
     includes.extend(match over {
-        Over::Particles => vec![match lanes {
-            Lanes::One => "particles-store".to_owned(),
-            Lanes::Four => "particles-together".to_owned(),
-        }],
+        Over::Particles => vec!["particles-store".to_owned()],
         Over::Cells { sums, operators } => {
             let loads = [(!sums).then_some("moments-load"), operators.then_some("operator-load")];
             loads.into_iter().flatten().chain(["lanes", "operator-store"]).map(str::to_owned).collect()
@@ -114,9 +111,8 @@ pub fn fuse(parts: &[Part<'_>], over: Over, lanes: Lanes) -> Result<Module, Shad
     text.push_str(&bind_lines(&bindings));
     text.push_str("var<immediate> now: Now;\n");
     text.push_str(&bodies);
-    text.push_str(&entry(parts, over, lanes));
+    text.push_str(&entry(parts, over));
     let kinds: Vec<&str> = parts.iter().map(|p| p.kind).collect();
-    let lanes = if matches!(over, Over::Cells { sums: true, .. }) { lanes } else { Lanes::One };
     Module::new(&kinds.join(" + "), &lanes.chosen(&text), &declarations)
 }
 
@@ -178,46 +174,29 @@ fn bind(line: &str, part: &Part<'_>, bindings: &mut Vec<Bound>) {
     }
 }
 
-fn entry(parts: &[Part<'_>], over: Over, lanes: Lanes) -> String {
+fn entry(parts: &[Part<'_>], over: Over) -> String {
     let lines = match over {
-        Over::Particles => each_particle(parts, lanes),
+        Over::Particles => each_particle(parts),
         Over::Cells { sums, operators } => each_cell(parts, sums, operators),
-    };
-    let subgroups = if (over, lanes) == (Over::Particles, Lanes::Four) {
-        ", @builtin(subgroup_invocation_id) of_subgroup: u32, @builtin(subgroup_size) subgroup: u32"
-    } else {
-        ""
     };
     format!(
         "@compute @workgroup_size(WORKGROUP)\nfn {ENTRY}(@builtin(workgroup_id) group: vec3<u32>, \
-         @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32{subgroups}) {{\n    \
+         @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {{\n    \
          let index = invocation(group, groups, lane);\n    {}\n}}\n",
         lines.join("\n    ")
     )
 }
 
-fn each_particle(parts: &[Part<'_>], lanes: Lanes) -> Vec<String> {
+fn each_particle(parts: &[Part<'_>]) -> Vec<String> {
     let calls = parts.iter().map(|part| format!("p = {}(i, p);", part.function)).collect::<Vec<_>>().join(" ");
-    let lines: &[&str] = if lanes == Lanes::Four {
-        &[
-            "let i = index;",
-            "var p: Particle;",
-            "if i < system.particle_count {",
-            "p = particle_at(i);",
-            &calls,
-            "}",
-            "store_together(i, of_subgroup, subgroup, p);",
-        ]
-    } else {
-        &[
-            "let i = index;",
-            "if i >= system.particle_count { return; }",
-            "var p = particle_at(i);",
-            &calls,
-            "store_particle(i, p);",
-        ]
-    };
-    lines.iter().map(|line| (*line).to_owned()).collect()
+    let lines = [
+        "let i = index;",
+        "if i >= system.particle_count { return; }",
+        "var p = particle_at(i);",
+        &calls,
+        "store_particle(i, p);",
+    ];
+    lines.map(str::to_owned).to_vec()
 }
 
 fn each_cell(parts: &[Part<'_>], sums: bool, operators: bool) -> Vec<String> {

@@ -57,9 +57,6 @@ fn said(fault: Fault) -> &'static str {
         }
         Fault::Crowded => "more than seven squirmers are near one cell: they overlap",
         Fault::Nan => "a velocity is not a number",
-        Fault::Spill => {
-            "more than a sixteenth of all particles share cells whose lists are full, at nearly two standard deviations above the mean: the fluid is being compressed somewhere"
-        }
         Fault::Stuck => "",
     }
 }
@@ -71,13 +68,19 @@ fn said(fault: Fault) -> &'static str {
 /// If one is not.
 pub fn finite(step: u64, buffers: &[(&'static str, Vec<u8>)]) -> Result<(), RunError> {
     let fault = |what: String| Err(RunError::Fault { step, what });
+    let particles_move = |bad: Option<usize>| match bad {
+        Some(particle) => fault(format!("the velocity of particle {particle} is not a number")),
+        None => Ok(()),
+    };
     for (name, bytes) in buffers {
         match *name {
-            "velocities" => {
-                let mut words = bytes.as_chunks::<4>().0.iter().map(|b| f32::from_le_bytes(*b));
-                if let Some(word) = words.position(|v| !v.is_finite()) {
-                    return fault(format!("the velocity of particle {} is not a number", word / 3));
-                }
+            "particles" => {
+                let particles: Vec<[u32; 4]> = bytemuck::pod_collect_to_vec(bytes);
+                particles_move(particles.iter().position(|p| !f32::from_bits(p[3]).is_finite()))?;
+            }
+            "velocities_yz" => {
+                let velocities: Vec<[f32; 2]> = bytemuck::pod_collect_to_vec(bytes);
+                particles_move(velocities.iter().position(|v| !v.iter().all(|c| c.is_finite())))?;
             }
             "squirmers" => {
                 let whole = bytes.len() / size_of::<SquirmerState>() * size_of::<SquirmerState>();
@@ -110,13 +113,20 @@ mod tests {
 
     #[test]
     fn what_is_no_number_is_found_with_its_owner() {
-        let mut velocities = [[0.5f32; 3]; 4].concat();
-        let buffers = |v: &[f32]| vec![("velocities", bytemuck::cast_slice(v).to_vec())];
-        assert!(finite(9, &buffers(&velocities)).is_ok());
+        // Any bits are a position.
+        let particles = [[f32::NAN.to_bits(), u32::MAX, 3, 0.5f32.to_bits()]; 4];
+        let buffers = |p: [[u32; 4]; 4], v: [[f32; 2]; 4]| {
+            [("particles", bytemuck::bytes_of(&p).to_vec()), ("velocities_yz", bytemuck::bytes_of(&v).to_vec())]
+        };
+        assert!(finite(9, &buffers(particles, [[0.5; 2]; 4])).is_ok());
         for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
-            velocities[7] = bad;
-            let said = finite(9, &buffers(&velocities)).expect_err("not finite").to_string();
-            assert!(said.starts_with("step 9: the velocity of particle 2 is"), "{said}");
+            let (mut along, mut across) = (particles, [[0.5; 2]; 4]);
+            along[2][3] = bad.to_bits();
+            across[2][1] = bad;
+            for spoilt in [buffers(along, [[0.5; 2]; 4]), buffers(particles, across)] {
+                let said = finite(9, &spoilt).expect_err("not finite").to_string();
+                assert!(said.starts_with("step 9: the velocity of particle 2 is"), "{said}");
+            }
         }
         let mut squirmers = vec![SquirmerState::default(); 3];
         let buffers = |s: &[SquirmerState]| vec![("squirmers", bytemuck::cast_slice(s).to_vec())];

@@ -44,7 +44,7 @@ impl Injection {
     /// Breaks it. Of the particles the one in the middle of memory is taken.
     pub fn apply(self, session: &Session) {
         let middle = session.particles() / 2;
-        let spoil = |value: f32| session.write_at("velocities", 12 * middle, &value.to_le_bytes());
+        let spoil = |value: f32| session.write_at("velocities_yz", 8 * middle, &value.to_le_bytes());
         match self.what {
             Breakage::Nan => spoil(f32::NAN),
             Breakage::Infinity => spoil(f32::INFINITY),

@@ -20,6 +20,12 @@ shared! {
     }
 }
 
+/// Both forms of the fused plan leave for each cell what its sums are made of, and leave that empty again.
+const TALLY_AND_GATHER: &[(&str, &[Phase])] = &[
+    ("clear", &[]),
+    ("reduce", &[Phase { entry: "tally", over: Extent::Particles }, Phase { entry: "gather", over: Extent::Cells }]),
+];
+
 impl Stage for CellReduce {
     const KIND: &'static str = "cell-reduce";
     const WGSL: &'static str = include_str!("../../shaders/stages/cell-reduce.wgsl");
@@ -28,16 +34,14 @@ impl Stage for CellReduce {
     const FUSED: Option<Fused> = Some(Fused {
         wgsl: include_str!("../../shaders/fused/cell-reduce.wgsl"),
         preface: &[],
-        instead: &[
-            ("clear", &[]),
-            (
-                "reduce",
-                &[Phase { entry: "tally", over: Extent::Particles }, Phase { entry: "gather", over: Extent::Cells }],
-            ),
-        ],
+        instead: TALLY_AND_GATHER,
+    });
+    const PAIRED: Option<Fused> = Some(Fused {
+        wgsl: include_str!("../../shaders/fused/cell-reduce-paired.wgsl"),
+        preface: &[],
+        instead: TALLY_AND_GATHER,
     });
     const EACH: &'static [(&'static str, &'static str)] = &[("tally", "tallied"), ("gather", "gathered")];
-    const SHARED: &'static [&'static str] = &["gather"];
     const AFTER: &'static [&'static str] = &["shift-grid"];
     type Params = Self;
     type Uniform = CellReduceSettings;

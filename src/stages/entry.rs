@@ -18,7 +18,7 @@ pub struct Phase {
 /// What a stage does otherwise in the fused plan.
 #[derive(Debug, Clone, Copy)]
 pub struct Fused {
-    /// Text of `shaders/fused/KIND.wgsl`.
+    /// Text of a file in `shaders/fused`.
     pub wgsl: &'static str,
     /// Kernels at the beginning of a step that applies the collision of the step before.
     pub preface: &'static [Phase],
@@ -61,6 +61,8 @@ pub trait Stage: 'static {
     const RECEIVE: &'static [Phase] = &[];
     /// What the stage does otherwise in the fused plan.
     const FUSED: Option<Fused> = None;
+    /// The same where particles add to sums in pairs ([`crate::buffers::Sizes::pairs`]), if it then does something else.
+    const PAIRED: Option<Fused> = None;
     /// Entry points over particles or cells that the fused plan may join with others over the same, each with the function that does
     /// its work for one of them: `fn(i: u32, p: Particle) -> Particle`, `fn(cell: u32, part: u32) -> Sums` for the first over cells, else
     /// `fn(cell: u32, m: Moments, o: Operator) -> Operator`, or `fn(cell: u32)` if it leaves the operator alone.
@@ -85,6 +87,10 @@ pub trait Stage: 'static {
     }
     /// Whether the stage uses the sums over the positions in a cell, not only over velocities.
     fn places(_params: &Self::Params) -> bool {
+        false
+    }
+    /// Whether the stage uses the energy of a cell.
+    fn energies(_params: &Self::Params) -> bool {
         false
     }
     /// What is wrong with the parameters in this system, beyond the ranges of single fields.
@@ -112,6 +118,8 @@ pub struct Entry {
     pub receive: &'static [Phase],
     /// See [`Stage::FUSED`].
     pub fused: Option<Fused>,
+    /// See [`Stage::PAIRED`].
+    pub paired: Option<Fused>,
     /// See [`Stage::EACH`].
     pub each: &'static [(&'static str, &'static str)],
     /// See [`Stage::SHARED`].
@@ -128,6 +136,8 @@ pub struct Entry {
     pub every: fn(&Values) -> u64,
     /// See [`Stage::places`].
     pub places: fn(&Values) -> bool,
+    /// See [`Stage::energies`].
+    pub energies: fn(&Values) -> bool,
     /// See [`Stage::check`].
     pub check: fn(&Values, &System) -> Vec<Finding>,
     /// Bytes of the uniform.
@@ -152,6 +162,7 @@ impl Entry {
             phases: S::PHASES,
             receive: S::RECEIVE,
             fused: S::FUSED,
+            paired: S::PAIRED,
             each: S::EACH,
             shared: S::SHARED,
             after: S::AFTER,
@@ -160,6 +171,7 @@ impl Entry {
             repetitions: |v| S::repetitions(&S::Params::from_values(v)),
             every: |v| S::every(&S::Params::from_values(v)),
             places: |v| S::places(&S::Params::from_values(v)),
+            energies: |v| S::energies(&S::Params::from_values(v)),
             check: |v, s| S::check(&S::Params::from_values(v), s),
             uniform: |v, s| bytemuck::bytes_of(&S::uniform(&S::Params::from_values(v), s)).to_vec(),
             uniform_wgsl: S::Uniform::WGSL,
@@ -175,25 +187,28 @@ impl Entry {
         self.each.iter().find(|(entry, _)| *entry == point).map(|(_, function)| *function)
     }
 
-    /// The kernels that the fused plan runs for a phase, each with whether it is in the WGSL of [`Stage::FUSED`].
+    /// What the stage does otherwise in the fused plan; `pairs`: particles add to sums in pairs.
     #[must_use]
-    pub fn fused_phases(&self, phase: Phase) -> Vec<(Phase, bool)> {
-        let instead = self.fused.and_then(|f| f.instead.iter().find(|(entry, _)| *entry == phase.entry));
-        instead.map_or_else(|| vec![(phase, false)], |(_, phases)| phases.iter().map(|p| (*p, true)).collect())
+    pub fn otherwise(&self, pairs: bool) -> Option<Fused> {
+        self.paired.filter(|_| pairs).or(self.fused)
     }
 
-    /// The stage's WGSL, or that of [`Stage::FUSED`].
+    /// The kernels that the fused plan runs for a phase, each with the WGSL that has it.
     #[must_use]
-    pub fn text(&self, fused: bool) -> &'static str {
-        if fused { self.fused.map_or("", |f| f.wgsl) } else { self.wgsl }
+    pub fn fused_phases(&self, phase: Phase, pairs: bool) -> Vec<(Phase, &'static str)> {
+        let instead = |f: Fused| {
+            let (_, phases) = f.instead.iter().find(|(entry, _)| *entry == phase.entry)?;
+            Some(phases.iter().map(|p| (*p, f.wgsl)).collect())
+        };
+        self.otherwise(pairs).and_then(instead).unwrap_or_else(|| vec![(phase, self.wgsl)])
     }
 
-    /// The same for the fused plan, composed, validated and reflected.
+    /// A WGSL text of the stage, composed for the fused plan, validated and reflected.
     ///
     /// # Errors
     /// See [`Entry::module`].
-    pub fn fused_module(&self, fused: bool, lanes: Lanes) -> Result<Module, ShaderError> {
-        Module::new(self.kind, &lanes.chosen(self.text(fused)), self.uniform_wgsl)
+    pub fn fused_module(&self, wgsl: &str, lanes: Lanes) -> Result<Module, ShaderError> {
+        Module::new(self.kind, &lanes.chosen(wgsl), self.uniform_wgsl)
     }
 
     /// The stage's WGSL, composed, validated and reflected.

@@ -60,17 +60,21 @@ mod tests {
     fn every_kernel_of_the_fused_plan_has_its_entry_point() {
         for entry in REGISTRY {
             let own = entry.phases.iter().chain(entry.receive);
-            let preface = entry.fused.map_or(&[] as &[Phase], |f| f.preface).iter().map(|p| (*p, true));
-            let phases: Vec<(Phase, bool)> = own.clone().flat_map(|p| entry.fused_phases(*p)).chain(preface).collect();
-            for lanes in [Lanes::One, Lanes::Four] {
-                for (phase, fused) in &phases {
-                    let module = entry.fused_module(*fused, lanes).unwrap_or_else(|e| panic!("{e}"));
-                    assert!(module.entry_points().any(|n| n == phase.entry), "{}: {}", entry.kind, phase.entry);
+            for pairs in [false, true] {
+                let other = entry.otherwise(pairs);
+                let preface = other.iter().flat_map(|f| f.preface.iter().map(|p| (*p, f.wgsl)));
+                let phases: Vec<(Phase, &str)> =
+                    own.clone().flat_map(|p| entry.fused_phases(*p, pairs)).chain(preface).collect();
+                for lanes in [Lanes::One, Lanes::Four] {
+                    for (phase, wgsl) in &phases {
+                        let module = entry.fused_module(wgsl, lanes).unwrap_or_else(|e| panic!("{e}"));
+                        assert!(module.entry_points().any(|n| n == phase.entry), "{}: {}", entry.kind, phase.entry);
+                    }
                 }
+                let mut replaced = other.iter().flat_map(|f| f.instead.iter().map(|(replaced, _)| replaced));
+                assert!(replaced.all(|r| own.clone().any(|p| p.entry == *r)), "{}", entry.kind);
+                assert!(entry.shared.iter().all(|s| phases.iter().any(|(p, _)| p.entry == *s)), "{}", entry.kind);
             }
-            let replaced = entry.fused.map_or(&[] as &[_], |f| f.instead).iter().map(|(replaced, _)| replaced);
-            assert!(replaced.into_iter().all(|r| own.clone().any(|p| p.entry == *r)), "{}", entry.kind);
-            assert!(entry.shared.iter().all(|s| phases.iter().any(|(p, _)| p.entry == *s)), "{}", entry.kind);
         }
     }
 }

@@ -51,6 +51,10 @@ impl Stage for RestoreThermostat {
         params.angular_momentum
     }
 
+    fn energies(params: &Self) -> bool {
+        params.angular_momentum || params.mode == "thermostat"
+    }
+
     fn check(params: &Self, system: &System) -> Vec<Finding> {
         let mut findings = Vec::new();
         if params.mode == "angular-momentum-only" && !params.angular_momentum {

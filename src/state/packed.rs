@@ -49,15 +49,17 @@ fn double(v: [f32; 3]) -> DVec3 {
     DVec3::from_array(v.map(f64::from))
 }
 
-/// Positions (3 words per particle) and velocities (3 words per particle).
+/// Particles as the GPU has them: position and the bits of v_x, and v_y with v_z.
 #[must_use]
-pub fn pack_particles(domain: &Domain, particles: &[Particle]) -> (Vec<u32>, Vec<f32>) {
-    let positions = particles.iter().flat_map(|p| pack_position(domain, p.position)).collect();
-    let velocities = particles.iter().flat_map(|p| single(p.velocity)).collect();
-    (positions, velocities)
+pub fn pack_particles(domain: &Domain, particles: &[Particle]) -> (Vec<[u32; 4]>, Vec<[f32; 2]>) {
+    let pack = |p: &Particle| {
+        let ([x, y, z], v) = (pack_position(domain, p.position), single(p.velocity));
+        ([x, y, z, v[0].to_bits()], [v[1], v[2]])
+    };
+    particles.iter().map(pack).unzip()
 }
 
-/// The inverse of [`pack_particles`].
+/// Particles from three words of position and three of velocity each.
 #[must_use]
 pub fn unpack_particles(domain: &Domain, positions: &[u32], velocities: &[f32]) -> Vec<Particle> {
     positions
@@ -178,17 +180,10 @@ pub fn sizes(system: &System, particles: u64) -> Sizes {
         ghost_stride: u64::from(ghosts.next_multiple_of(64)),
         box_edge: u64::from(box_edge(system)),
         bins: bins(system).iter().map(|n| u64::from(*n)).product(),
-        list_room: list_room(particles as f64 / system.domain.volume().max(1.0)).max(list_room(system.fluid.density)),
-        spill_room: particles.min((particles / 16).max(4096)),
+        pairs: 0,
         coarse: 0,
         samples: 0,
     }
-}
-
-/// Particles that a cell's list has room for at this mean number per cell: nearly two standard deviations more than the mean of a Poisson
-/// distribution, so that one cell in forty needs more, and half a per cent of the particles are beyond.
-fn list_room(mean: f64) -> u64 {
-    ((mean + 1.8 * mean.sqrt()).ceil() as u64).next_multiple_of(8)
 }
 
 /// Smallest patches of both walls, for a grid of these cells; those at the end may be cut.
@@ -286,8 +281,8 @@ pub fn system_uniform(system: &System, particles: u64) -> SystemUniform {
         inverse_position: (1.0 / scales.position) as f32,
         inverse_second: (1.0 / scales.second) as f32,
         inverse_mixed: (1.0 / scales.mixed) as f32,
-        list_room: small(sizes.list_room),
-        spill_room: small(sizes.spill_room),
+        pad0: 0,
+        pad1: 0,
     }
 }
 
@@ -305,6 +300,14 @@ pub struct Raw {
 }
 
 impl Raw {
+    /// From the buffers of the GPU.
+    #[must_use]
+    pub fn new(step: u64, particles: &[[u32; 4]], velocities_yz: &[[f32; 2]], squirmers: Vec<SquirmerState>) -> Self {
+        let positions = particles.iter().flat_map(|p| [p[0], p[1], p[2]]).collect();
+        let velocities = particles.iter().zip(velocities_yz).flat_map(|(p, v)| [f32::from_bits(p[3]), v[0], v[1]]);
+        Self { step, positions, velocities: velocities.collect(), squirmers }
+    }
+
     /// A 128-bit digest that does not depend on the order of the particles in memory: the hash of the sum of their hashes and of
     /// the squirmers in order.
     #[must_use]

@@ -57,6 +57,6 @@ fn the_meaning_of_a_known_file() {
     assert!((s.peclet.expect("it swims") - 131.0).abs() < 1.0, "{s:?}");
     assert!((s.diffusion.expect("eta is known")[3] * eta * 2042.4 - 1.0).abs() < 1e-4, "{s:?}");
     let bytes = |name: &str| m.memory.iter().find(|(n, _)| *n == name).map(|(_, b)| *b);
-    assert_eq!(bytes("positions"), Some(2_155_009 * 12));
+    assert_eq!(bytes("particles"), Some(2_155_009 * 16));
     assert_eq!(bytes("operators"), Some(216_000 * 64));
 }

@@ -156,7 +156,8 @@ fn particles_at_one_point_are_left_alone() {
     }
 }
 
-/// Equal velocities have no relative motion: nothing to turn, and nothing whose energy could be set.
+/// Equal velocities have no relative motion: nothing to turn, and nothing whose energy could be set. A rotation alone, which does not ask for
+/// the energy, turns what rounding left of their differences.
 #[test]
 fn equal_velocities_stay() {
     let modes = [
@@ -173,7 +174,12 @@ fn equal_velocities_stay() {
             let mut bench = Bench::new(&system, &start, &KINDS, &mode(name, angular_momentum));
             let before = bench.scene.state.particles.clone();
             bench.run_all(&KINDS);
-            assert_eq!(bench.scene.state.particles, before, "{name} {angular_momentum} {velocity}");
+            let after = &bench.scene.state.particles;
+            let rounding = if (name, angular_momentum) == ("energy", false) { 1e-6 * velocity.length() } else { 0.0 };
+            for (a, b) in after.iter().zip(&before) {
+                let moved = (a.velocity - b.velocity).length();
+                assert!(a.position == b.position && moved <= rounding, "{name} {angular_momentum} {a:?} {b:?}");
+            }
         }
     }
 }

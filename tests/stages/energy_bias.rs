@@ -28,7 +28,7 @@ fn a_collision_neither_heats_nor_cools() {
     let mut session = rig::session(&rig::plan(&system, rig::BULK, &changes), &state);
     let (mut drift, mut stretch, mut cells) = (0.0, 0.0, 0.0);
     let steps = 20;
-    let velocities = |session: &Session| vectors(&session.read::<f32>("velocities").expect("velocities"));
+    let velocities = |session: &Session| vectors(&session.raw().expect("particles").velocities);
     for _ in 0..steps {
         for kind in ["stream", "shift-grid", "cell-reduce", "rotate", "restore-thermostat"] {
             session.run_stage(kind, false).expect("it runs");

@@ -3,7 +3,7 @@
 use crate::bench::*;
 use crate::collision::{active_slit, continued};
 use crate::rig;
-use squirm::buffers::{Fault, Sizes};
+use squirm::buffers::Sizes;
 use squirm::gpu::{Form, Session};
 use squirm::graph::fused::{Item, Occasion, items};
 use squirm::params::Value;
@@ -19,11 +19,12 @@ fn left(
     start: &State,
     kinds: &[&str],
     changes: &[Change],
-    (form, lanes): (Form, Lanes),
+    (form, lanes, pairs): (Form, Lanes, bool),
 ) -> Vec<(String, Vec<f32>, [glam::DVec3; 2])> {
     let plan = rig::plan(system, kinds, changes);
     let mut gpu = rig::gpu().clone();
     gpu.lanes = lanes;
+    gpu.pairs = pairs;
     let mut session = Session::formed(&gpu, &plan, start, form).expect("a session");
     [1, 7, 12]
         .map(|steps| {
@@ -62,14 +63,18 @@ fn both_forms_of_a_plan_leave_the_same_bits() {
         (&slit, &squirmers, rig::EVERYTHING, vec![("rotate", "grip", Value::Float(1.22))]),
     ];
     for (system, start, kinds, changes) in cases {
-        let loose = left(system, start, kinds, &changes, (Form::Loose, Lanes::One));
-        for (every, lanes) in [(1, Lanes::Four), (7, Lanes::One), (50, Lanes::Four)] {
+        let loose = left(system, start, kinds, &changes, (Form::Loose, Lanes::One, false));
+        for (every, lanes, pairs) in [(1, Lanes::Four, true), (7, Lanes::One, true), (50, Lanes::Four, false)] {
             let mut changes = changes.clone();
             changes.push(("sort-reorder", "every", Value::Integer(every)));
-            assert_eq!(loose, left(system, start, kinds, &changes, (Form::Fused, lanes)), "{kinds:?} {changes:?}");
+            assert_eq!(
+                loose,
+                left(system, start, kinds, &changes, (Form::Fused, lanes, pairs)),
+                "{kinds:?} {changes:?}"
+            );
         }
         let unsorted: Vec<&str> = kinds.iter().copied().filter(|k| *k != "sort-reorder").collect();
-        let fused = left(system, start, &unsorted, &changes, (Form::Fused, Lanes::One));
+        let fused = left(system, start, &unsorted, &changes, (Form::Fused, Lanes::One, false));
         assert_eq!(loose, fused, "{unsorted:?} {changes:?}");
     }
 }
@@ -86,43 +91,30 @@ fn crowded(system: &System, count: u32, (crowds, each): (usize, usize)) -> State
 }
 
 #[test]
-fn cells_beyond_the_room_of_their_lists_lose_nobody() {
+fn crowded_cells_lose_nobody() {
     let system = rig::system([9, 10, 33]);
     let start = crowded(&system, 30_000, (40, 90));
-    let loose = left(&system, &start, rig::BULK, &[], (Form::Loose, Lanes::One));
+    let loose = left(&system, &start, rig::BULK, &[], (Form::Loose, Lanes::One, false));
     for lanes in [Lanes::One, Lanes::Four] {
-        assert_eq!(loose, left(&system, &start, rig::BULK, &[], (Form::Fused, lanes)), "{lanes:?}");
+        assert_eq!(loose, left(&system, &start, rig::BULK, &[], (Form::Fused, lanes, false)), "{lanes:?}");
     }
 }
 
 /// Bodies at one place have more ghosts in a cell than its list has room for, which is 16.
 #[test]
-fn cells_beyond_the_room_of_their_lists_lose_no_ghost() {
+fn crowded_cells_lose_no_ghost() {
     let (system, mut start) = active_slit();
     let centre = start.squirmers[2].position;
     start.squirmers.iter_mut().for_each(|s| s.position = centre);
     let kinds = ["stream", "shift-grid", "cell-reduce", "wall-ghosts", "squirmer-fill", "rotate", "apply"];
-    let loose = left(&system, &start, &kinds, &[], (Form::Loose, Lanes::One));
+    let loose = left(&system, &start, &kinds, &[], (Form::Loose, Lanes::One, false));
     for lanes in [Lanes::One, Lanes::Four] {
-        assert_eq!(loose, left(&system, &start, &kinds, &[], (Form::Fused, lanes)), "{lanes:?}");
+        assert_eq!(loose, left(&system, &start, &kinds, &[], (Form::Fused, lanes, false)), "{lanes:?}");
     }
     let mut bench = Bench::new(&system, &start, &kinds, &[]);
     bench.run_all(&kinds[..5]);
     let ghosts = bench.moments().iter().map(|m| m.ghosts).fold(0.0, f64::max);
     assert!(ghosts > 30.0, "{ghosts}");
-}
-
-#[test]
-fn too_many_particles_beyond_the_lists_are_a_fault() {
-    let system = rig::system([9, 10, 33]);
-    let plan = rig::plan(&system, rig::BULK, &[]);
-    // Lists have room for 16, and 4096 particles may be beyond.
-    for (crowds, fault) in [(40, 0), (90, Fault::Spill as u32)] {
-        let start = crowded(&system, 30_000, (crowds, 90));
-        let mut session = Session::formed(rig::gpu(), &plan, &start, Form::Fused).expect("a session");
-        session.advance(1, false);
-        assert_eq!(session.faults().expect("readable"), fault, "{crowds}");
-    }
 }
 
 /// The plan of these stages, and their kinds; everything small in it is valid WGSL.
@@ -151,8 +143,7 @@ const FEW_GHOSTS: Sizes = Sizes {
     ghost_stride: 64,
     box_edge: 8,
     bins: 0,
-    list_room: 16,
-    spill_room: 100,
+    pairs: 0,
     coarse: 0,
     samples: 0,
 };

@@ -19,9 +19,10 @@ impl Stage for Dice {
     const WGSL: &'static str = "
 //!include dispatch
 //!include rng
+//!include particles-store
 @group(0) @binding(0) var<uniform> system: SystemUniform;
-@group(0) @binding(1) var<storage, read_write> positions: array<u32>;
-@group(0) @binding(2) var<storage, read_write> velocities: array<f32>;
+@group(0) @binding(1) var<storage, read_write> particles: array<vec4<u32>>;
+@group(0) @binding(2) var<storage, read_write> velocities_yz: array<vec2<f32>>;
 var<immediate> now: Now;
 
 @compute @workgroup_size(WORKGROUP)
@@ -33,10 +34,9 @@ fn throw_dice(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) 
     let key = vec4<u32>(system.seed_low, system.seed_high, PURPOSE_WALL_GHOST, now.step_high);
     var words = threefry(vec4<u32>(now.step_low, i, 5u, 1u), key);
     var u = uniforms(PURPOSE_WALL_GHOST, i, 5u, 1u);
-    for (var k = 0u; k < 3u; k++) {
-        positions[3u * i + k] = words[(i + k) % 4u];
-        velocities[3u * i + k] = u[(i + k) % 4u];
-    }
+    let three = vec3<u32>(i % 4u, (i + 1u) % 4u, (i + 2u) % 4u);
+    let position = vec3<u32>(words[three.x], words[three.y], words[three.z]);
+    store_particle(i, Particle(position, vec3<f32>(u[three.x], u[three.y], u[three.z])));
 }
 ";
     const PHASES: &'static [Phase] = &[Phase { entry: "throw_dice", over: Extent::Particles }];

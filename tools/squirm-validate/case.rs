@@ -137,12 +137,19 @@ pub struct Part {
     pub name: String,
     /// Does the work.
     pub measure: Box<Measure>,
+    /// Takes so much longer than others that it should begin first where several are measured at a time.
+    pub long: bool,
 }
 
 impl Part {
     /// A part.
     pub fn new(name: impl Into<String>, measure: impl Fn(&Rig) -> Result<Outcome, Trouble> + 'static) -> Self {
-        Self { name: name.into(), measure: Box::new(measure) }
+        Self { name: name.into(), measure: Box::new(measure), long: false }
+    }
+
+    /// The same as a long one.
+    pub fn long(self) -> Self {
+        Self { long: true, ..self }
     }
 }
 

@@ -5,6 +5,7 @@ mod case;
 mod cases;
 mod crowd;
 mod flow_map;
+mod jobs;
 mod lattice;
 mod measure;
 mod neighbours;
@@ -50,6 +51,9 @@ struct Cli {
     /// Measure again what is already there.
     #[arg(long)]
     again: bool,
+    /// Parts that are measured at a time, each in a process of its own [default: one on a GPU, as many as there are cores on a CPU].
+    #[arg(long, value_name = "NUMBER", value_parser = clap::value_parser!(u16).range(1..=256))]
+    jobs: Option<u16>,
     /// Begin no further part after this time; the next call goes on.
     #[arg(long = "for", value_name = "SECONDS", value_parser = seconds)]
     duration: Option<Duration>,
@@ -148,29 +152,50 @@ fn list(chosen: &[(&'static Case, Vec<Part>)]) {
     }
 }
 
-/// Measures what is not there yet, and says what comes out; true if all of it is good.
+/// Says what has been measured, and measures what has not; true if all of it is good.
 fn measure(cli: &Cli, rig: &Rig, chosen: &[(&'static Case, Vec<Part>)], data: &Path) -> Result<bool, Trouble> {
     let began = Instant::now();
     let mut good = true;
-    for (case, parts) in chosen {
-        for part in parts {
-            let kept = if cli.again { None } else { record::load(data, case.name, &part.name, rig.size)? };
-            let record = match kept {
-                Some(record) => record,
-                None if cli.duration.is_some_and(|d| began.elapsed() >= d) => {
-                    println!("{}/{}: left for the next call", case.name, part.name);
-                    continue;
-                }
-                None => {
-                    let record = measure_part(rig, case, part)?;
-                    record::store(data, &record)?;
-                    record
-                }
-            };
-            good &= say(&record, rig.size);
+    let mut missing: Vec<(&Case, &Part)> = Vec::new();
+    for (case, part) in chosen.iter().flat_map(|(case, parts)| parts.iter().map(move |part| (*case, part))) {
+        let kept = if cli.again { None } else { record::load(data, case.name, &part.name, rig.size)? };
+        match kept {
+            Some(record) => good &= say(&record, rig.size),
+            None => missing.push((case, part)),
         }
     }
+    let jobs = jobs_at_a_time(cli, rig).min(missing.len());
+    if jobs > 1 {
+        missing.sort_by_key(|(_, part)| !part.long);
+        let names: Vec<String> = missing.iter().map(|(case, part)| format!("{}/{}", case.name, part.name)).collect();
+        let parts = names.iter().map(String::as_str).collect();
+        let arguments = arguments(cli, rig, data);
+        return Ok(jobs::run(&jobs::Jobs { count: jobs, arguments, duration: cli.duration, parts })? && good);
+    }
+    for (case, part) in missing {
+        if cli.duration.is_some_and(|d| began.elapsed() >= d) {
+            println!("{}/{}: left for the next call", case.name, part.name);
+            continue;
+        }
+        let record = measure_part(rig, case, part)?;
+        record::store(data, &record)?;
+        good &= say(&record, rig.size);
+    }
     Ok(good)
+}
+
+fn jobs_at_a_time(cli: &Cli, rig: &Rig) -> usize {
+    let cores = || std::thread::available_parallelism().map_or(1, usize::from);
+    cli.jobs.map_or_else(|| if rig.gpu.summary.kind == "CPU" { cores() } else { 1 }, usize::from)
+}
+
+/// What a process is told that measures one part.
+fn arguments(cli: &Cli, rig: &Rig, data: &Path) -> Vec<String> {
+    let size = if rig.size == Size::Full { "--full" } else { "--quick" };
+    let mut arguments: Vec<String> = [size, "--again", "--jobs", "1", "--data"].map(str::to_owned).to_vec();
+    arguments.extend([data.display().to_string(), "--pipelines".into(), cli.pipelines.display().to_string()]);
+    arguments.extend(cli.adapter.iter().flat_map(|adapter| ["--adapter".to_owned(), adapter.clone()]));
+    arguments
 }
 
 fn measure_part(rig: &Rig, case: &Case, part: &Part) -> Result<Record, Trouble> {

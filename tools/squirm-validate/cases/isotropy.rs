@@ -7,7 +7,6 @@ use crate::rules::{self, Collision};
 use glam::{DMat3, DVec3};
 use squirm::analyze::statistics::{Estimate, independent};
 use squirm::math::rng::{Draw, Purpose};
-use squirm::state::packed;
 use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 
 /// The case.
@@ -148,9 +147,7 @@ fn viscosity(
         planned.plan.system.run.seed = 1000 * seed + repetition;
         let mut state = rig.start(&planned)?;
         state.particles.iter_mut().for_each(|p| p.velocity += AMPLITUDE * direction * k.dot(p.position).sin());
-        let (positions, velocities) = packed::pack_particles(&planned.system.domain, &state.particles);
-        session.write("positions", bytemuck::cast_slice(&positions));
-        session.write("velocities", bytemuck::cast_slice(&velocities));
+        session.write_particles(&state.particles);
         let before = Fluid::of(&session)?.wave(k, direction);
         advance(&mut session, steps)?;
         let after = Fluid::of(&session)?.wave(k, direction);

@@ -83,9 +83,7 @@ impl Walk {
 }
 
 fn positions(session: &Session) -> Result<Vec<u32>, Trouble> {
-    let mut words = session.read::<u32>("positions")?;
-    words.truncate(3 * usize::try_from(session.particles())?);
-    Ok(words)
+    Ok(session.raw()?.positions)
 }
 
 fn diffusion(rig: &Rig, rule: Collision, (dt, steps, every): Window) -> Result<Outcome, Trouble> {

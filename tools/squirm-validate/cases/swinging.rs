@@ -66,13 +66,14 @@ const STRETCHES: usize = 4;
 const VISCOSITY: f64 = 17.7;
 
 fn parts(_: Size) -> Vec<Part> {
-    vec![Part::new("neutral", |rig| {
+    let part = Part::new("neutral", |rig| {
         let sets = rig.pick(narrow(), Vec::new());
         let planned = rig.plan("../swinging", &sets)?;
         let theory = Theory::of(&planned.system);
         let paths = swim(rig, &planned, &theory)?;
         Ok(outcome(&planned.system, &theory, &paths))
-    })]
+    });
+    vec![part.long()]
 }
 
 /// Three small swimmers with strong slip in a narrow channel at h = 0.1: u_max = 0.3 from 2 eta u_max/(gamma H^2).
@@ -210,9 +211,7 @@ fn driven(system: &System, mut start: State) -> State {
 
 fn put_back(session: &Session, start: &State) {
     let system = session.system();
-    let (positions, velocities) = packed::pack_particles(&system.domain, &start.particles);
-    session.write("positions", bytemuck::cast_slice(&positions));
-    session.write("velocities", bytemuck::cast_slice(&velocities));
+    session.write_particles(&start.particles);
     session.write("squirmers", bytemuck::cast_slice(&packed::pack_squirmers(system, &start.squirmers)));
 }
 

@@ -87,9 +87,7 @@ fn viscosity(rig: &Rig, planned: &Planned, theory: &Transport) -> Result<Estimat
             let (sine, cosine) = (k * p.position.z).sin_cos();
             p.velocity = *v + AMPLITUDE * DVec3::new(sine, cosine, 0.0);
         }
-        let (positions, velocities) = squirm::state::packed::pack_particles(domain, &state.particles);
-        session.write("positions", bytemuck::cast_slice(&positions));
-        session.write("velocities", bytemuck::cast_slice(&velocities));
+        session.write_particles(&state.particles);
         let before = Fluid::of(&session)?.helix(k);
         advance(&mut session, steps)?;
         let after = Fluid::of(&session)?.helix(k);
