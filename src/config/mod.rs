@@ -15,7 +15,7 @@ mod schema;
 mod sections;
 mod table;
 
-pub use meaning::{Meaning, SpeciesMeaning, meaning};
+pub use meaning::{Meaning, SpeciesMeaning, bytes, meaning};
 pub use read::accepts;
 pub use resolve::toml_value;
 pub use schema::schema;

@@ -2,6 +2,7 @@
 #![cfg(target_os = "linux")]
 
 mod analyzers;
+mod lost;
 mod memory;
 mod recorded;
 mod runs;
