@@ -5,15 +5,21 @@ use squirm::diag::{Diagnostic, Severity, Sources};
 use std::fmt;
 use std::io::IsTerminal;
 
-/// Prints diagnostics to standard error, and how many there were.
+/// Diagnostics that are printed at most; nobody reads more.
+const SHOWN: usize = 100;
+
+/// Prints the first diagnostics to standard error, and how many there were.
 pub fn all(diagnostics: &[Diagnostic], sources: &Sources) {
     let handler = GraphicalReportHandler::new_themed(theme()).with_width(width()).with_context_lines(1);
-    for diagnostic in diagnostics {
+    for diagnostic in &diagnostics[..diagnostics.len().min(SHOWN)] {
         let mut text = String::new();
         match handler.render_report(&mut text, &Report::new(diagnostic, sources)) {
             Ok(()) => say!("{}\n", text.trim_end()),
             Err(_) => say!("{}\n", diagnostic.plain(sources)),
         }
+    }
+    if diagnostics.len() > SHOWN {
+        say!("and {} more\n", diagnostics.len() - SHOWN);
     }
     let errors = diagnostics.iter().filter(|d| d.is_error()).count();
     if errors > 0 {

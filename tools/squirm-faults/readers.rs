@@ -21,7 +21,7 @@ const AFTER: Duration = Duration::from_millis(100);
 /// Outputs that any number of steps publish.
 pub fn published(on_slow: &str, limit: f64) -> String {
     format!(
-        "output = [{{ publish = [\"squirmers\", \"scalars\"], every = 5, on_slow = \"{on_slow}\", slow_limit = {limit:?} }}]\n\
+        "output = [{{ publish = [\"squirmers\", \"scalars\"], every = 2, on_slow = \"{on_slow}\", slow_limit = {limit:?} }}]\n\
          checkpoint = {{ enabled = false }}\n"
     )
 }

@@ -13,8 +13,8 @@ use std::time::{Duration, Instant};
 /// Everything at once: both recordings, a table, readers, checkpoints every few seconds.
 const OUTPUTS: &str = r#"
 output = [
-    { publish = ["squirmers", "scalars"], record = ["squirmers", "scalars"], csv = ["scalars"], every = 100 },
-    { publish = ["fields"], record = ["fields", "particles"], fraction = 0.1, every = 1000 },
+    { publish = ["squirmers", "scalars"], record = ["squirmers", "scalars"], csv = ["scalars"], every = 500 },
+    { publish = ["fields"], record = ["fields", "particles"], fraction = 0.1, every = 5000 },
 ]
 checkpoint = { every = 10000 }
 "#;
@@ -22,6 +22,10 @@ checkpoint = { every = 10000 }
 const BARE: &str = "checkpoint = { enabled = false }\n";
 /// Steps of a run that is not over before the soak is, and whose books are those of a long one.
 const LONG: [&str; 1] = ["run.steps=1000000000"];
+/// After this time a run has let go of what it had for a reader that has gone: it looks five times a second.
+const NOTICE: Duration = Duration::from_millis(600);
+/// The run without outputs goes beside every so manieth reader.
+const REST: u32 = 4;
 /// Seconds that a reader stays.
 const STAY: f64 = 4.0;
 /// Stretches of the last half, whose means make the line.
@@ -53,8 +57,10 @@ pub fn soak(squirm: &Path, minutes: f64, random: &mut impl Rng) -> Result<Vec<Ro
     let statuses = Watcher::attach(trial.name(), Kind::Status)?;
     let before = everywhere();
     let begun = Instant::now();
-    let (mut held, mut held_bare, mut readers, mut kills) = (Vec::new(), Vec::new(), 0, 0);
+    let (mut held, mut held_bare, mut readers, mut kills) = (Vec::new(), Vec::new(), 0_u32, 0);
     while begun.elapsed().as_secs_f64() < 60.0 * minutes {
+        // The other run need not have as many steps.
+        other.signal(if readers % REST == 0 { "-CONT" } else { "-STOP" })?;
         let mut reader = reader(squirm, &trial)?;
         readers += 1;
         if random.random_bool(0.5) {
@@ -65,6 +71,7 @@ pub fn soak(squirm: &Path, minutes: f64, random: &mut impl Rng) -> Result<Vec<Ro
         }
         // Clears up what the dead left, as whoever comes next does; then all moments are alike.
         drop(Watcher::attach(trial.name(), Kind::Status)?);
+        std::thread::sleep(NOTICE);
         let at = begun.elapsed().as_secs_f64();
         held.push(Held { at, ..look(run.id())? });
         held_bare.push(Held { at, ..look(other.id())? });
