@@ -39,7 +39,7 @@ type Span = (Instant, Instant);
 fn dropping(squirm: &Path, count: u32, random: &mut impl Rng) -> Result<Vec<Row>, String> {
     let trial = Trial::with(squirm, &published("drop", 1.0), &ENDLESS)?;
     let _run = trial.start()?;
-    let (statuses, snapshots) =
+    let (mut statuses, snapshots) =
         (Watcher::attach(trial.name(), Kind::Status)?, Watcher::attach(trial.name(), Kind::Scalars)?);
     let folder = Folder::new()?;
     let (mut killed, mut left): (Vec<Span>, Vec<Span>) = (Vec::new(), Vec::new());
@@ -160,10 +160,10 @@ fn blocking(squirm: &Path, count: u32, random: &mut impl Rng) -> Result<Row, Str
     let mut row = Row::new("on_slow = block: a killed reader is noticed within 1 s, and the run goes on");
     let trial = Trial::with(squirm, &published("block", 60.0), &ENDLESS)?;
     let _run = trial.start()?;
-    let statuses = Watcher::attach(trial.name(), Kind::Status)?;
+    let mut statuses = Watcher::attach(trial.name(), Kind::Status)?;
     let mut all = Vec::new();
     for _ in 0..count {
-        row.enter(noticed(squirm, trial.name(), &statuses, random).and_then(|took| {
+        row.enter(noticed(squirm, trial.name(), &mut statuses, random).and_then(|took| {
             all.push(took);
             if took <= NOTICED { Ok(()) } else { Err(format!("after {}", milliseconds(took))) }
         }));
@@ -178,7 +178,7 @@ fn blocking(squirm: &Path, count: u32, random: &mut impl Rng) -> Result<Row, Str
 }
 
 /// How long the run waited for a reader that was killed.
-fn noticed(squirm: &Path, run: &str, statuses: &Watcher, random: &mut impl Rng) -> Result<Duration, String> {
+fn noticed(squirm: &Path, run: &str, statuses: &mut Watcher, random: &mut impl Rng) -> Result<Duration, String> {
     let before = statuses.next()?;
     let mut tap = tap(squirm, run, &[])?;
     wait_for_readers(run, Kind::Scalars, 1, &mut tap)?;

@@ -54,7 +54,7 @@ struct Held {
 pub fn soak(squirm: &Path, minutes: f64, random: &mut impl Rng) -> Result<Vec<Row>, String> {
     let (trial, bare) = (Trial::with(squirm, OUTPUTS, &LONG)?, Trial::with(squirm, BARE, &LONG)?);
     let (run, other) = (trial.start()?, bare.start()?);
-    let statuses = Watcher::attach(trial.name(), Kind::Status)?;
+    let mut statuses = Watcher::attach(trial.name(), Kind::Status)?;
     let before = everywhere();
     let begun = Instant::now();
     let (mut held, mut held_bare, mut readers, mut kills) = (Vec::new(), Vec::new(), 0_u32, 0);

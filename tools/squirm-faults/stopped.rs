@@ -44,7 +44,7 @@ fn dropping(squirm: &Path, seconds: u32, speed: &mut Row) -> Result<Result<Strin
     let runs = [first.start()?, second.start()?];
     let watchers = [&first, &second].map(|trial| Watcher::attach(trial.name(), Kind::Scalars));
     let [a, b] = watchers;
-    let watchers = [a?, b?];
+    let mut watchers = [a?, b?];
     let folder = Folder::new()?;
     let out = folder.path().join("seen");
     let file = File::create(&out).map_err(|e| e.to_string())?;
@@ -65,8 +65,9 @@ fn dropping(squirm: &Path, seconds: u32, speed: &mut Row) -> Result<Result<Strin
         }
         ratios.push((rates[0] / rates[1]).ln());
     }
-    for run in &runs {
+    for (run, watcher) in runs.iter().zip(&mut watchers) {
         run.signal("-CONT")?;
+        watcher.next()?;
     }
     enter_speed(speed, &ratios);
     reader.signal("-CONT")?;
@@ -133,7 +134,7 @@ fn missed(numbers: &[u64], said: &str) -> Result<String, String> {
 fn blocking(squirm: &Path, seconds: u32) -> Result<String, String> {
     let trial = Trial::with(squirm, &published("block", LIMIT), &ENDLESS)?;
     let run = trial.start()?;
-    let statuses = Watcher::attach(trial.name(), Kind::Status)?;
+    let mut statuses = Watcher::attach(trial.name(), Kind::Status)?;
     let mut reader = tap(squirm, trial.name(), &[])?;
     wait_for_readers(trial.name(), Kind::Scalars, 1, &mut reader)?;
     let before = statuses.next()?;

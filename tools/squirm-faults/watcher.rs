@@ -29,7 +29,7 @@ pub struct Beat {
 pub struct Watcher {
     stop: Arc<AtomicBool>,
     beats: Arc<Mutex<Vec<Beat>>>,
-    thread: Option<JoinHandle<()>>,
+    thread: Option<JoinHandle<Option<String>>>,
 }
 
 impl Watcher {
@@ -57,7 +57,8 @@ impl Watcher {
                     Err(AnalyzeError::NoRun { .. }) if begun.elapsed() < PATIENCE => {
                         std::thread::sleep(Duration::from_millis(20));
                     }
-                    _ => return,
+                    Err(why) => return Some(why.to_string()),
+                    Ok(_) => return None,
                 }
             }
         };
@@ -78,9 +79,15 @@ impl Watcher {
     }
 
     /// Waits for one that comes after now.
-    pub fn next(&self) -> Result<Beat, String> {
+    pub fn next(&mut self) -> Result<Beat, String> {
         let now = Instant::now();
-        wait_until("the run says nothing any more", || Ok(self.last().is_some_and(|beat| beat.at > now)))?;
+        wait_until("the run says nothing any more", || {
+            if let Some(thread) = self.thread.take_if(|thread| thread.is_finished()) {
+                let why = thread.join().ok().flatten().unwrap_or_else(|| "the run has ended".into());
+                return Err(format!("the watcher has stopped: {why}"));
+            }
+            Ok(self.last().is_some_and(|beat| beat.at > now))
+        })?;
         self.last().ok_or_else(|| "nothing has come".into())
     }
 }
