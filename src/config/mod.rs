@@ -109,7 +109,7 @@ pub fn load(path: &str, text: &str, overrides: &[String], base_dir: &Path) -> Re
 
 /// Takes out what is only the echo of a syntax error: it stands on the same line, or at a value that could not be read.
 fn without_echoes(found: &mut Vec<Diagnostic>, syntax: &[Diagnostic], sources: &Sources) {
-    let line = |span: Span| (span.source, sources.line_column(span).0);
+    let line = |span: Span| (span.source, sources.line(span));
     let place = |d: &Diagnostic| d.labels.first().map(|(span, _)| *span);
     // A file may have thousands of both.
     let lines: HashSet<(usize, usize)> = syntax.iter().filter_map(place).map(line).collect();

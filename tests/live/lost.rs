@@ -22,7 +22,7 @@ fn signal(signal: &str, process: u32) {
 fn an_analyzer_that_is_stopped_too_long_makes_the_status_3_and_the_last_line_says_why() {
     let (folder, name) = prepared("lost", OUTPUT);
     let mut arguments = vec!["run".to_owned(), format!("{name}.toml")];
-    arguments.extend(["--out", "out", "--quiet", "--set", "run.steps=10000"].map(str::to_owned));
+    arguments.extend(["--out", "out", "--quiet", "--set", "run.steps=4000"].map(str::to_owned));
     let run = Process::start(folder.path(), &arguments.iter().map(String::as_str).collect::<Vec<_>>());
     let watched = || Some(listed(folder.path(), &name)?["subscribers"]["squirmers"] == 1).filter(|there| *there);
     wait_until("the analyzer does not attach", watched);
