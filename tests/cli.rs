@@ -132,7 +132,7 @@ fn very_many_errors_are_cut_short_and_very_long_lines_are_not_drawn() {
     assert!(code == 2 && err.contains("\nand ") && err.contains(" more\n"), "{err}");
     assert!(err.len() < 100_000, "{} bytes", err.len());
     // A column beyond 65,535 cannot be drawn.
-    let long = GOOD.replace("[8, 8, 8]", &format!("[8, 8, {}, 8]", "1,".repeat(50_000)));
+    let long = GOOD.replace("[8, 8, 8]", &format!("[8, 8, {} 8]", "1,".repeat(50_000)));
     let (code, _, err) = squirm(&long, &["check", "f.toml"]);
     assert!(code == 2 && err.contains("f.toml:5:8: error: "), "{err}");
 }
