@@ -13,7 +13,7 @@ done
 if ! ls $corpus/recording/*.mcap >/dev/null 2>&1; then
     run=$(mktemp -d)
     trap 'rm -rf "$run"' EXIT
-    target/release/squirm run pipelines/quickstart.toml --quiet --out "$run/run" --set box.size=[8,8,8] --set run.steps=8 \
+    target/release/squirm run pipelines/quickstart.toml --quiet --out "$run/run" --set box.size=[12,8,12] --set run.steps=8 --set fluid.density=2 \
         --set squirmers.puller.count=1 --set output.0.every=4 --set output.1.every=4
     cp "$run"/run/*.mcap $corpus/recording/
 fi

@@ -1,9 +1,8 @@
-//! Runs seen from outside while they go: analyzers, recordings, signals, `ps`, `top`, `tap`, names, small shared memory.
+//! Runs seen from outside while they go: analyzers, recordings, signals, `ps`, `top`, `tap`.
 #![cfg(target_os = "linux")]
 
 mod analyzers;
 mod lost;
-mod memory;
 mod recorded;
 mod runs;
 mod slow;
