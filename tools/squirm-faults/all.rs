@@ -25,7 +25,7 @@ const SHORT: Extent = Extent {
     signals: 3,
     recordings: 20,
     readers: 4,
-    stopped: 8,
+    stopped: 20,
     disks: 1,
     pipelines: 2000,
     minutes: 1.0,

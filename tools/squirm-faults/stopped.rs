@@ -15,14 +15,14 @@ const LIMIT: f64 = 2.0;
 /// What a machine may need besides.
 const SLACK: Duration = Duration::from_secs(2);
 /// Two runs that are compared take turns of this length.
-const TURN: Duration = Duration::from_secs(1);
+const TURN: Duration = Duration::from_millis(500);
 /// What a stopped reader may cost a run that does not wait, as a share of its speed.
 const COST: f64 = 0.02;
 
 /// Stops readers for `seconds` of a run's time.
 pub fn stopped(squirm: &Path, seconds: u32) -> Result<Vec<Row>, String> {
     let mut speed =
-        Row::new("on_slow = drop: a stopped reader costs under 2 % of the run's speed, or less than can be seen");
+        Row::new("on_slow = drop: a stopped reader costs under 2 % of the run's speed, or within 4 standard errors");
     let mut gaps = Row::new("once it goes on it gets snapshots again, and counts those that it has missed");
     let mut block =
         Row::new("on_slow = block: it costs the time limit once, and is waited for again when it has caught up");
@@ -57,7 +57,7 @@ fn dropping(squirm: &Path, seconds: u32, speed: &mut Row) -> Result<Result<Strin
         run.signal("-STOP")?;
     }
     let mut ratios = Vec::new();
-    for number in 0..seconds as usize {
+    for number in 0..2 * seconds as usize {
         // Neither is always the first.
         let mut rates = [0.0; 2];
         for i in [number % 2, 1 - number % 2] {
@@ -98,9 +98,10 @@ fn enter_speed(row: &mut Row, ratios: &[f64]) {
     let mean = ratios.iter().sum::<f64>() / n;
     let error = (ratios.iter().map(|r| (r - mean).powi(2)).sum::<f64>() / (n * (n - 1.0).max(1.0))).sqrt();
     let loss = -mean;
-    let bearable = loss <= COST.max(3.0 * error);
+    let bearable = loss <= COST.max(4.0 * error);
     row.enter(if bearable { Ok(()) } else { Err(format!("it costs {:.1} %", 100.0 * loss)) });
-    row.figures = format!("speed {:.3}({:.0}) of a run without, in {n} turns of 1 s each", mean.exp(), 1000.0 * error);
+    row.figures =
+        format!("speed {:.3}({:.0}) of a run without, in {n} turns of 0.5 s each", mean.exp(), 1000.0 * error);
 }
 
 /// The numbers of the snapshots that a reader has printed.
