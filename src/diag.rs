@@ -83,6 +83,8 @@ pub struct Source {
     pub name: String,
     /// The whole text.
     pub text: String,
+    /// Where each line but the first begins, in bytes: a file may have thousands of findings.
+    lines: Vec<usize>,
 }
 
 /// The texts of one configuration: the pipeline file first, then the overrides.
@@ -92,7 +94,9 @@ pub struct Sources(Vec<Source>);
 impl Sources {
     /// Adds a text and returns its index for [`Span::source`].
     pub fn add(&mut self, name: impl Into<String>, text: impl Into<String>) -> usize {
-        self.0.push(Source { name: name.into(), text: text.into() });
+        let text = text.into();
+        let lines = line_starts(&text);
+        self.0.push(Source { name: name.into(), text, lines });
         self.0.len() - 1
     }
 
@@ -102,13 +106,20 @@ impl Sources {
         self.0.get(source)
     }
 
+    /// The line, from 1, in which the span begins.
+    #[must_use]
+    pub fn line(&self, span: Span) -> usize {
+        self.get(span.source).map_or(1, |s| s.lines.partition_point(|start| *start <= span.start) + 1)
+    }
+
     /// Line and column, both from 1, at which the span begins; columns count characters.
     #[must_use]
     pub fn line_column(&self, span: Span) -> (usize, usize) {
-        let text = self.get(span.source).map_or("", |s| s.text.as_str());
-        let before = &text[..text.floor_char_boundary(span.start)];
-        let line_start = before.rfind('\n').map_or(0, |n| n + 1);
-        (before.matches('\n').count() + 1, before[line_start..].chars().count() + 1)
+        let Some(source) = self.get(span.source) else { return (1, 1) };
+        let line = self.line(span);
+        let start = line.checked_sub(2).map_or(0, |before| source.lines[before]);
+        let end = source.text.floor_char_boundary(span.start).max(start);
+        (line, source.text[start..end].chars().count() + 1)
     }
 
     /// `name:line:column`.
@@ -117,6 +128,12 @@ impl Sources {
         let (line, column) = self.line_column(span);
         format!("{}:{line}:{column}", self.get(span.source).map_or("?", |s| s.name.as_str()))
     }
+}
+
+/// Where each line but the first begins, in bytes.
+#[must_use]
+pub fn line_starts(text: &str) -> Vec<usize> {
+    text.match_indices('\n').map(|(at, _)| at + 1).collect()
 }
 
 /// The candidate that is most like `word`, if any is likely to have been meant.

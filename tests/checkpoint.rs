@@ -111,6 +111,20 @@ fn sessions_of_every_kind_go_on_bit_by_bit() {
 }
 
 #[test]
+fn a_run_that_may_not_fit_on_the_disk_is_told_and_begins() {
+    let folder = prepared();
+    let immense =
+        ["run.steps=1000000000000", "output.0.record=[\"particles\"]", "output.0.fraction=1.0", "output.0.every=1"];
+    let mut arguments = vec!["--out", "immense", "--walltime", "1"];
+    arguments.extend(immense.iter().flat_map(|o| ["--set", o]));
+    let said = good(folder.path(), &arguments);
+    for part in ["this run may need ", " for outputs before compression, ", " for checkpoints), which has ", " free"] {
+        assert!(said.contains(part), "{part}: {said}");
+    }
+    assert!(!good(folder.path(), &["--out", "small"]).contains("this run may need"));
+}
+
+#[test]
 fn the_same_command_goes_on_to_a_later_end_and_then_says_that_it_is_finished() {
     let folder = prepared();
     let at = |dir: &str| folder.path().join(dir);

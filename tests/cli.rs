@@ -27,7 +27,9 @@ fn command(folder: &Path, arguments: &[&str]) -> Output {
 fn check_prints_what_a_file_means() {
     let (code, out, err) = squirm(GOOD, &["check", "f.toml"]);
     assert_eq!((code, err.as_str()), (0, ""));
-    for part in ["viscosity  eta", "Schmidt number", "512 cells, 5 120 particles", "GPU ", "disk "] {
+    for part in
+        ["viscosity  eta", "Schmidt number", "512 cells, 5 120 particles", "GPU ", "disk ", " for 3 checkpoints of "]
+    {
         assert!(out.contains(part), "{part}: {out}");
     }
     let (_, out, _) = squirm(GOOD, &["check", "f.toml", "--set", "box.size=[16,8,8]"]);
@@ -121,4 +123,16 @@ fn schema_and_completions_are_printed() {
     assert_eq!((code, out), (0, squirm::config::schema()));
     let (code, out, _) = squirm(GOOD, &["completions", "bash"]);
     assert!(code == 0 && out.contains("_squirm()"), "{out}");
+}
+
+#[test]
+fn very_many_errors_are_cut_short_and_very_long_lines_are_not_drawn() {
+    let many = GOOD.to_owned() + &"[[squirmers]]\n".repeat(400);
+    let (code, _, err) = squirm(&many, &["check", "f.toml"]);
+    assert!(code == 2 && err.contains("\nand ") && err.contains(" more\n"), "{err}");
+    assert!(err.len() < 100_000, "{} bytes", err.len());
+    // A column beyond 65,535 cannot be drawn.
+    let long = GOOD.replace("[8, 8, 8]", &format!("[8, 8, {} 8]", "1,".repeat(50_000)));
+    let (code, _, err) = squirm(&long, &["check", "f.toml"]);
+    assert!(code == 2 && err.contains("f.toml:5:8: error: "), "{err}");
 }

@@ -236,6 +236,35 @@ fn a_recording_that_was_never_finished_reads_to_its_last_snapshot() {
     assert_eq!((steps, ending.unwrap().warnings.len()), (vec![0, 20, 40, 60, 80], 1));
 }
 
+/// The index of a file is in memory until its end, so that a run of weeks must not write a single one.
+#[test]
+fn a_full_file_is_finished_and_the_recording_goes_on_in_the_next() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut recorder = Recorder::create(folder.path(), &provenance(), "").expect("created").in_segments_of(3);
+    let particles = Particles { position: vec![[1.0; 3]], velocity: vec![[0.5; 3]], ..Particles::default() };
+    for seq in 0..8 {
+        recorder.write(&scalars(seq as f64).encode(&stamp(seq))).expect("written");
+        recorder.write(&particles.encode(&stamp(seq))).expect("written");
+    }
+    let durable = recorder.sync().expect("synced");
+    let files = recorder.finish().expect("finished");
+    let names: Vec<String> =
+        files.iter().map(|f| f.path.file_name().expect("a name").to_string_lossy().into_owned()).collect();
+    assert_eq!(names[..4], ["run.mcap", "run.fluid.mcap", "run.0001.mcap", "run.fluid.0001.mcap"], "{names:?}");
+    assert_eq!(durable.files.iter().map(|p| p.name.clone()).collect::<Vec<_>>(), names);
+    let (mut seen, kinds) = (Vec::new(), [Kind::Scalars, Kind::Particles]);
+    let ending = Recording::new(folder.path()).drive(&kinds, &mut |s| {
+        seen.push((s.header.seq, s.kind()));
+        Ok(ControlFlow::Continue(()))
+    });
+    assert_eq!(ending.expect("readable").warnings, [""; 0]);
+    assert_eq!(seen, (0..8).flat_map(|seq| kinds.map(|kind| (seq, kind))).collect::<Vec<_>>());
+    for file in &files {
+        let found = squirm::recording::verify(&file.path).expect("readable");
+        assert!(found.findings.is_empty(), "{:?}", found.findings);
+    }
+}
+
 #[test]
 fn tables_have_units_and_one_row_per_squirmer() {
     let dir = tempfile::tempdir().unwrap();

@@ -52,7 +52,7 @@ const ROOMS: &[(&str, &[&str])] = &[
     ),
     ("main", &["cli"]),
     ("squirm-analyze", &["analyze", "params"]),
-    ("squirm-faults", &["analyze", "checkpoint", "recording", "wire"]),
+    ("squirm-faults", &["analyze", "checkpoint", "config", "diag", "recording", "wire"]),
     ("squirm-validate", &["analyze", "buffers", "config", "gpu", "graph", "math", "params", "state"]),
 ];
 

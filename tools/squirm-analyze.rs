@@ -2,7 +2,7 @@
 
 use clap::{Arg, ArgMatches, Command, value_parser};
 use squirm::analyze::kinds::{Entry, find};
-use squirm::analyze::{AnalyzeError, Folder, KINDS, Limits, Live, Source, Window, run};
+use squirm::analyze::{AnalyzeError, DATA_LOST, Ending, Folder, KINDS, Limits, Live, Source, Window, run};
 use squirm::params::{Field, Kind, Value, Values};
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
@@ -22,7 +22,8 @@ fn main() -> ExitCode {
         return ExitCode::from(WRONG_USAGE);
     }
     match analyze(find(name).expect("every subcommand is a kind"), matches) {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(Ending { lost: 0, .. }) => ExitCode::SUCCESS,
+        Ok(_) => ExitCode::from(DATA_LOST),
         Err(e) => {
             eprintln!("error: {e}");
             ExitCode::FAILURE
@@ -64,7 +65,7 @@ fn program() -> Command {
         .after_help(
             "Units: length a (edge of a collision cell), mass m (one fluid particle), energy kT, time tau = a sqrt(m/kT).\n\
              Errors are standard errors of correlated series; NaN where too little is known.\n\
-             Exit status: 0 done, 1 failed, 2 wrong usage.",
+             Exit status: 0 done, 1 failed, 2 wrong usage, 3 done, but snapshots of a live run passed unseen.",
         )
         .subcommand_required(true)
         .arg_required_else_help(true)
@@ -181,7 +182,7 @@ fn options(entry: &Entry, matches: &ArgMatches) -> Values {
     values
 }
 
-fn analyze(entry: &Entry, matches: &ArgMatches) -> Result<(), AnalyzeError> {
+fn analyze(entry: &Entry, matches: &ArgMatches) -> Result<Ending, AnalyzeError> {
     let (source, default): (Box<dyn Source>, PathBuf) = match matches.get_one::<PathBuf>("recording") {
         Some(path) => {
             let folder = Folder::new(path);
@@ -207,7 +208,7 @@ fn analyze(entry: &Entry, matches: &ArgMatches) -> Result<(), AnalyzeError> {
     }
     print!("{}", report.summary);
     println!("{} snapshots; {} files in {}", ending.snapshots, report.files.len(), out.display());
-    Ok(())
+    Ok(ending)
 }
 
 /// Becomes true at the first Ctrl-C, so that what was seen of a live run is still written; the second one kills.

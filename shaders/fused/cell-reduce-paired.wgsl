@@ -5,7 +5,6 @@
 //!include particles
 //!include contribution
 //!include fault
-//!include lanes
 //!include sums-store
 //!include energies
 
@@ -57,8 +56,8 @@ fn taken(cell: u32, k: u32) -> vec2<u32> {
     return vec2<u32>(u32(pair & 0xfffffffflu), u32(pair >> 32u));
 }
 
-// The sums of a cell: too few to be shared among several invocations.
-fn gathered(cell: u32, part: u32) -> Sums {
+// The sums of a cell.
+fn gathered(cell: u32) -> Sums {
     let first = taken(cell, 0u);
     let second = taken(cell, 1u);
     var s: Sums;
@@ -77,6 +76,6 @@ fn gathered(cell: u32, part: u32) -> Sums {
 fn gather(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
     let cell = invocation(group, groups, lane);
     if cell < system.cell_count {
-        store_sums(cell, 0u, gathered(cell, 0u));
+        store_sums(cell, gathered(cell));
     }
 }

@@ -6,7 +6,6 @@
 //!include contribution
 //!include fault
 //!include chains
-//!include lanes
 //!include sums-store
 
 @group(0) @binding(0) var<uniform> system: SystemUniform;
@@ -37,7 +36,7 @@ fn tally(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) group
 }
 
 // The sums of a cell. Leaves its chain empty.
-fn gathered(cell: u32, part: u32) -> Sums {
+fn gathered(cell: u32) -> Sums {
     var s: Sums;
     var link = end_of_chain(cell);
     while link != 0u {
@@ -59,6 +58,6 @@ fn gathered(cell: u32, part: u32) -> Sums {
 fn gather(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
     let cell = invocation(group, groups, lane);
     if cell < system.cell_count {
-        store_sums(cell, 0u, gathered(cell, 0u));
+        store_sums(cell, gathered(cell));
     }
 }

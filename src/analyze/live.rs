@@ -3,7 +3,7 @@
 use super::{AnalyzeError, Ending, Source, Visit};
 use crate::wire::domain::{self, Block};
 use crate::wire::{Header, Kind, Snapshot, WireError};
-use iceoryx2::port::listener::Listener;
+use iceoryx2::port::listener::{Listener, ListenerWaitError};
 use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::prelude::{
     CallbackProgression, Config, LogLevel, Node, NodeBuilder, PortFactory, Service as _, SignalHandlingMode, ipc,
@@ -94,7 +94,11 @@ impl Source for Live {
             let longest = if topics.len() > 1 { SHARED_NAP } else { NAP };
             let nap = self.limits.nap(begin).min(longest);
             for topic in &topics {
-                topic.listener.timed_wait(|_| {}, nap).map_err(|e| failed("wait for snapshots", &e))?;
+                match topic.listener.timed_wait(|_| {}, nap) {
+                    // A reader that was stopped and goes on, too: signals that are to end it set a limit.
+                    Ok(_) | Err(ListenerWaitError::InterruptSignal) => {}
+                    Err(e) => return Err(failed("wait for snapshots", &e)),
+                }
             }
             if looked.elapsed() > LOOK_FOR_DEAD {
                 looked = Instant::now();

@@ -35,6 +35,9 @@ use std::collections::HashMap;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
+/// The exit status of an analyzer that is done, but has not seen every snapshot.
+pub const DATA_LOST: u8 = 3;
+
 /// Takes snapshots one after another, then says what it found.
 pub trait Analyzer {
     /// What it cannot do without.

@@ -62,6 +62,8 @@ fn object((run, answer): &Row) -> Value {
         row["pid"] = json!(status.pid);
         row["folder"] = json!(status.folder);
         row["adapter"] = json!(status.adapter);
+        row["published"] = json!(status.published);
+        row["dropped"] = json!(status.dropped);
         row["phase"] = json!(status.phase);
     }
     row

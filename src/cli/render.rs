@@ -1,25 +1,44 @@
 //! Diagnostics for people: the line of the file, what is wrong with it, and what to do.
 
 use miette::{GraphicalReportHandler, GraphicalTheme, LabeledSpan, NamedSource};
-use squirm::diag::{Diagnostic, Severity, Sources};
+use squirm::diag::{Diagnostic, Severity, Sources, Span};
 use std::fmt;
 use std::io::IsTerminal;
 
-/// Prints diagnostics to standard error, and how many there were.
+/// Diagnostics that are printed at most; nobody reads more.
+const SHOWN: usize = 100;
+
+/// Bytes of a line that is drawn at most.
+const WIDE: usize = 2000;
+
+/// Prints the first diagnostics to standard error, and how many there were.
 pub fn all(diagnostics: &[Diagnostic], sources: &Sources) {
     let handler = GraphicalReportHandler::new_themed(theme()).with_width(width()).with_context_lines(1);
-    for diagnostic in diagnostics {
+    for diagnostic in &diagnostics[..diagnostics.len().min(SHOWN)] {
+        let wide = diagnostic.labels.iter().any(|(span, _)| is_wide(*span, sources));
+        if wide {
+            say!("{}\n", diagnostic.plain(sources));
+            continue;
+        }
         let mut text = String::new();
         match handler.render_report(&mut text, &Report::new(diagnostic, sources)) {
             Ok(()) => say!("{}\n", text.trim_end()),
             Err(_) => say!("{}\n", diagnostic.plain(sources)),
         }
     }
+    if diagnostics.len() > SHOWN {
+        say!("and {} more\n", diagnostics.len() - SHOWN);
+    }
     let errors = diagnostics.iter().filter(|d| d.is_error()).count();
     if errors > 0 {
         let warnings = diagnostics.len() - errors;
         say!("{}, {}: nothing was started, nothing written", count(errors, "error"), count(warnings, "warning"));
     }
+}
+
+/// Whether a span is in a text with a line so long that it can be neither drawn nor read: miette panics at 65,536 columns.
+fn is_wide(span: Span, sources: &Sources) -> bool {
+    sources.get(span.source).is_some_and(|source| source.text.lines().any(|line| line.len() > WIDE))
 }
 
 fn count(n: usize, noun: &str) -> String {

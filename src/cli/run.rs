@@ -1,11 +1,13 @@
 //! `squirm run`: loads a pipeline file and starts the simulation.
 
-use super::{Overrides, RUN_FAILED, WRONG_USAGE, load, print, render};
-use squirm::config::Loaded;
+use super::{DATA_LOST, Overrides, RUN_FAILED, WRONG_USAGE, load, print, render};
+use squirm::config::{Loaded, bytes, meaning};
+use squirm::diag::Diagnostic;
 use squirm::gpu::GpuError;
 use squirm::sim::{Options, RunError, Watch};
+use squirm::wire::domain;
 use std::io::IsTerminal;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -54,6 +56,9 @@ pub fn run(args: &Args) -> ExitCode {
         super::tell_warnings();
     }
     let out = args.out.clone().unwrap_or_else(|| squirm::sim::choose(&loaded.plan, args.plan.into(), args.fresh));
+    if !args.quiet {
+        render::all(short_of_disk(&loaded, &out).as_slice(), &loaded.sources);
+    }
     let options = Options {
         out,
         adapter: args.adapter.clone(),
@@ -72,7 +77,14 @@ pub fn run(args: &Args) -> ExitCode {
             let written = format!("{summary}\n  in {}\n", options.out.display());
             let status = if args.quiet { ExitCode::SUCCESS } else { print(&written) };
             let signalled = signal.load(Ordering::Relaxed) != 0;
-            if summary.stopped && signalled { super::signals::status(&signal) } else { status }
+            if summary.stopped && signalled {
+                return super::signals::status(&signal);
+            }
+            if summary.lost.is_empty() {
+                return status;
+            }
+            say!("data were lost: {}", summary.lost.join("; "));
+            ExitCode::from(DATA_LOST)
         }
         Err(finished @ RunError::Finished { .. }) => {
             drop(watch);
@@ -86,6 +98,29 @@ pub fn run(args: &Args) -> ExitCode {
             report(&loaded, &error)
         }
     }
+}
+
+/// What to say if the disk may not have the room that the run needs in this folder.
+fn short_of_disk(loaded: &Loaded, out: &Path) -> Option<Diagnostic> {
+    let meaning = meaning(loaded);
+    let absolute = std::path::absolute(out).ok()?;
+    let free = domain::free_in(absolute.ancestors().find(|folder| folder.is_dir())?)?;
+    // What an earlier part of the run has written need not be written again.
+    let there: u64 =
+        std::fs::read_dir(out).into_iter().flatten().flatten().filter_map(|e| Some(e.metadata().ok()?.len())).sum();
+    let needed = meaning.disk().saturating_sub(there);
+    (needed > free).then(|| {
+        let (outputs, checkpoints) = (meaning.disk() - meaning.checkpoints(), meaning.checkpoints());
+        Diagnostic::warning(format!(
+            "this run may need {} on the disk of {} ({} for outputs before compression, {} for checkpoints), which has {} free",
+            bytes(needed),
+            out.display(),
+            bytes(outputs),
+            bytes(checkpoints),
+            bytes(free)
+        ))
+        .help("make room, name another disk with --out, or let outputs come less often; a full disk ends the run, which can then go on from its checkpoint")
+    })
 }
 
 /// Prints why a run failed; what the file asks for and the adapter cannot give is shown at its place in the file.

@@ -17,6 +17,15 @@ pub fn first() -> Arc<AtomicUsize> {
     number
 }
 
+/// Becomes true with the first of these signals, for what looks at a flag.
+pub fn flag() -> Arc<AtomicBool> {
+    let flag = Arc::new(AtomicBool::new(false));
+    for (signal, _) in signals() {
+        let _ = signal_hook::flag::register(signal, flag.clone());
+    }
+    flag
+}
+
 /// Signals that end a run, and the number that each counts as.
 fn signals() -> Vec<(i32, i32)> {
     use signal_hook::consts::{SIGINT, SIGTERM};

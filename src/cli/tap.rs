@@ -8,8 +8,7 @@ use std::fmt::Write as _;
 use std::io::Write as _;
 use std::ops::ControlFlow;
 use std::process::ExitCode;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 /// Rows of a long table that are shown.
@@ -43,8 +42,8 @@ fn seconds(text: &str) -> Result<Duration, String> {
 pub fn tap(args: &Args) -> ExitCode {
     let kind = Kind::from_topic(&args.topic).expect("clap accepts topics only");
     let signal = signals::first();
-    let stop = Arc::new(AtomicBool::new(false));
-    let limits = Limits { duration: args.duration, snapshots: args.count, stop: stop.clone() };
+    // A topic that is silent must not keep it from ending.
+    let limits = Limits { duration: args.duration, snapshots: args.count, stop: signals::flag() };
     let mut out = std::io::stdout().lock();
     let ending = Live::new(&args.run, limits).drive(&[kind], &mut |snapshot| {
         // Values that do not fit together are told and passed over: a tap is for finding out.

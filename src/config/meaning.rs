@@ -3,6 +3,7 @@
 use super::Loaded;
 use super::check::{SOUND, restores};
 use super::pace;
+use crate::buffers::Life;
 use crate::graph::{self, Output, Plan, memory};
 use crate::math::mobility::Friction;
 use crate::math::transport::{Rule, Transport};
@@ -14,6 +15,10 @@ use std::fmt;
 
 /// Bytes of a message before its rows: header, column table, species table.
 const MESSAGE_HEAD: u64 = 1024;
+/// Bytes of a checkpoint besides the buffers: notes, the pipeline file, the books.
+const CHECKPOINT_HEAD: u64 = 1 << 16;
+/// Checkpoints for which there must be room: the newest, the one before, and one that is being written.
+const CHECKPOINTS: u64 = 3;
 
 /// Everything that `squirm check` prints.
 #[derive(Debug, Clone)]
@@ -42,6 +47,8 @@ pub struct Meaning {
     pub shared: u64,
     /// Bytes written per step, averaged; before compression.
     pub disk_per_step: f64,
+    /// Bytes of one checkpoint; 0 if there are none.
+    pub checkpoint: u64,
     /// Seconds that a step takes on a data-centre GPU; an estimate.
     pub seconds_per_step: f64,
 }
@@ -81,6 +88,8 @@ pub fn meaning(loaded: &Loaded) -> Meaning {
     let elements = graph::fused::sizes(plan, *particles, true);
     let bound = graph::fused::bound(plan, &elements).unwrap_or_default();
     let buffers = memory(bound.iter().map(String::as_str), &elements);
+    let carried = buffers.iter().filter(|(buffer, _)| buffer.life == Life::Persistent).map(|(_, bytes)| bytes);
+    let checkpoint = if plan.checkpoints.enabled { CHECKPOINT_HEAD + carried.sum::<u64>() } else { 0 };
     let mut memory: Vec<_> = buffers.into_iter().map(|(b, bytes)| (b.name, bytes)).collect();
     memory.extend(snapshots(plan, *particles));
     let flow_speed = match (&system.domain.walls, transport) {
@@ -104,6 +113,7 @@ pub fn meaning(loaded: &Loaded) -> Meaning {
         memory,
         shared: shared(plan, *particles),
         disk_per_step: plan.outputs.iter().map(|o| disk(plan, o, *particles)).sum(),
+        checkpoint,
         seconds_per_step: pace::step(&elements),
     }
 }
@@ -270,6 +280,19 @@ impl fmt::Display for Meaning {
 }
 
 impl Meaning {
+    /// Bytes that the whole run may need on the disk: its outputs before compression, and its checkpoints.
+    #[must_use]
+    #[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+    pub fn disk(&self) -> u64 {
+        ((self.disk_per_step * self.run.0 as f64) as u64).saturating_add(self.checkpoints())
+    }
+
+    /// Bytes of all checkpoints that are there at a time.
+    #[must_use]
+    pub fn checkpoints(&self) -> u64 {
+        CHECKPOINTS * self.checkpoint
+    }
+
     #[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)]
     fn resources(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let total: u64 = self.memory.iter().map(|(_, n)| n).sum();
@@ -290,10 +313,19 @@ impl Meaning {
         let run = self.disk_per_step * self.run.0 as f64;
         writeln!(
             f,
-            "  disk       {} for the run, before compression; about {} per hour on such a GPU",
+            "  disk       {} for the outputs of the run, before compression; about {} per hour on such a GPU",
             bytes(run as u64),
             bytes(hourly as u64)
-        )
+        )?;
+        match self.checkpoint {
+            0 => writeln!(f, "             no checkpoints"),
+            one => writeln!(
+                f,
+                "             {} for {CHECKPOINTS} checkpoints of {}",
+                bytes(self.checkpoints()),
+                bytes(one)
+            ),
+        }
     }
 }
 

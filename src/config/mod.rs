@@ -15,7 +15,7 @@ mod schema;
 mod sections;
 mod table;
 
-pub use meaning::{Meaning, SpeciesMeaning, meaning};
+pub use meaning::{Meaning, SpeciesMeaning, bytes, meaning};
 pub use read::accepts;
 pub use resolve::toml_value;
 pub use schema::schema;
@@ -28,6 +28,7 @@ use crate::state::{Domain, Fluid, Init, Run, Species, System};
 use list::Listed;
 use node::{Item, Node};
 use read::Reader;
+use std::collections::HashSet;
 use std::path::Path;
 
 /// A pipeline file without errors.
@@ -90,8 +91,7 @@ pub fn load(path: &str, text: &str, overrides: &[String], base_dir: &Path) -> Re
         let leaves = (|| Some((parsed.outputs?, parsed.analyzers?, parsed.checkpoints?)))();
         loaded = plan(path, system, &parsed.stages, leaves).zip(particles);
     }
-    let hidden = |d: &Diagnostic| syntax.iter().any(|s| hides(s, d, &sources));
-    found.retain(|d| !hidden(d));
+    without_echoes(&mut found, &syntax, &sources);
     found.extend(syntax);
     found.extend(unplaced);
     found.sort_by_key(|d| {
@@ -107,10 +107,17 @@ pub fn load(path: &str, text: &str, overrides: &[String], base_dir: &Path) -> Re
     }
 }
 
-/// Whether a finding is only the echo of a syntax error: it stands on the same line, or at a value that could not be read.
-fn hides(syntax: &Diagnostic, found: &Diagnostic, sources: &Sources) -> bool {
-    let (Some((a, _)), Some((b, _))) = (syntax.labels.first(), found.labels.first()) else { return false };
-    a.source == b.source && (b.end == 0 || sources.line_column(*a).0 == sources.line_column(*b).0)
+/// Takes out what is only the echo of a syntax error: it stands on the same line, or at a value that could not be read.
+fn without_echoes(found: &mut Vec<Diagnostic>, syntax: &[Diagnostic], sources: &Sources) {
+    let line = |span: Span| (span.source, sources.line(span));
+    let place = |d: &Diagnostic| d.labels.first().map(|(span, _)| *span);
+    // A file may have thousands of both.
+    let lines: HashSet<(usize, usize)> = syntax.iter().filter_map(place).map(line).collect();
+    let texts: HashSet<usize> = syntax.iter().filter_map(place).map(|span| span.source).collect();
+    found.retain(|d| {
+        let echo = |at: Span| texts.contains(&at.source) && (at.end == 0 || lines.contains(&line(at)));
+        !place(d).is_some_and(echo)
+    });
 }
 
 /// The start table's path as it must stand in the resolved file, which lies elsewhere.

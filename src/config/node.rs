@@ -1,6 +1,6 @@
 //! The pipeline file as a tree of values that know where they were written.
 
-use crate::diag::{Diagnostic, Span};
+use crate::diag::{self, Diagnostic, Span};
 use toml::de::{DeTable, DeValue};
 
 /// One value of the file.
@@ -49,7 +49,9 @@ impl Node {
         let (table, errors) = DeTable::parse_recoverable(text);
         let mut diagnostics: Vec<Diagnostic> = errors.iter().map(|e| syntax_error(e, text, source)).collect();
         // What follows on the line of an error is mostly its echo.
-        diagnostics.dedup_by_key(|d| d.labels.first().map_or(0, |(span, _)| text[..span.start].matches('\n').count()));
+        let lines = diag::line_starts(text);
+        let line = |span: Span| lines.partition_point(|start| *start <= span.start);
+        diagnostics.dedup_by_key(|d| d.labels.first().map_or(0, |(span, _)| line(*span)));
         let item = table_item(table.get_ref(), source, 0);
         (Self { span: Span { source, start: 0, end: 0 }, item }, diagnostics)
     }

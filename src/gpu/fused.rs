@@ -65,10 +65,9 @@ impl Ordered {
         if let Some(known) = self.kernels.iter().position(|(i, _)| *i == item) {
             return Ok(known);
         }
-        let lanes = item.lanes(self.lanes);
         let module = match &item {
-            Item::Joint(members) => joint(members, stages, lanes)?,
-            Item::Alone(m) => stages[m.stage].0.fused_module(m.wgsl, lanes)?,
+            Item::Joint(members) => joint(members, stages)?,
+            Item::Alone(m) => stages[m.stage].0.fused_module(m.wgsl, item.lanes(self.lanes))?,
             Item::Small(members) => small::module(members, stages, sizes)?,
         };
         self.kernels.push((item, module));

@@ -297,7 +297,7 @@ fn part(m: &Member, stages: &[(&'static Entry, u32, bool)]) -> Part<'static> {
 ///
 /// # Errors
 /// If their functions do not fit together as WGSL.
-pub fn joint(members: &[Member], stages: &[(&'static Entry, u32, bool)], lanes: Lanes) -> Result<Module, ShaderError> {
+pub fn joint(members: &[Member], stages: &[(&'static Entry, u32, bool)]) -> Result<Module, ShaderError> {
     let parts: Vec<Part<'_>> = members.iter().map(|m| part(m, stages)).collect();
     let over = if members[0].phase.over == Extent::Particles {
         Over::Particles
@@ -306,5 +306,5 @@ pub fn joint(members: &[Member], stages: &[(&'static Entry, u32, bool)], lanes: 
         let first = &members[usize::from(sums)];
         Over::Cells { sums, operators: first.uses.iter().any(|u| u.buffer == "operators" && u.read) }
     };
-    fuse(&parts, over, lanes)
+    fuse(&parts, over)
 }

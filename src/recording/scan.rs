@@ -3,7 +3,7 @@
 //! An index would be faster to seek in, but reading by index checks no checksum and does not work for a run that was killed.
 
 use super::RecordingError;
-use super::shape::{Bytes, HEAD, fits, head, search};
+use super::shape::{Bytes, HEAD, fits, head, is_whole, search};
 use super::summary::{Summary, record, summary};
 use mcap::Attachment;
 use mcap::records::{Channel, MessageHeader, Metadata, Record, Statistics, op};
@@ -309,6 +309,9 @@ fn chunk(at: u64, body: &[u8], channels: &mut Channels) -> Result<Chunk, String>
     }
     let mut rest = Bytes(&records);
     while let Some((opcode, body)) = record(&mut rest) {
+        if !is_whole(opcode, body) {
+            return Err("a chunk was written wrongly: a text is longer than its record".into());
+        }
         let parsed = mcap::parse_record(opcode, body).map_err(|e| format!("a chunk was written wrongly: {e}"))?;
         channels.learn(&parsed);
     }
@@ -333,8 +336,12 @@ fn attachment(body: &[u8]) -> Result<Attachment<'static>, String> {
 }
 
 fn metadata(body: &[u8]) -> Result<Metadata, String> {
+    let unreadable = || "a metadata record cannot be read".to_owned();
+    if !is_whole(op::METADATA, body) {
+        return Err(unreadable());
+    }
     match mcap::parse_record(op::METADATA, body) {
         Ok(Record::Metadata(metadata)) => Ok(metadata),
-        _ => Err("a metadata record cannot be read".into()),
+        _ => Err(unreadable()),
     }
 }

@@ -1,4 +1,4 @@
-//! Which files a run was recorded into: a run that was resumed goes on in a new segment.
+//! Which files a run was recorded into: a run that was resumed, or whose file is full, goes on in a new segment.
 
 use super::RecordingError;
 use std::path::{Path, PathBuf};

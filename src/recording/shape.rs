@@ -86,6 +86,32 @@ fn metadata(body: &[u8]) -> Option<u64> {
     (map == 0 || strings(body.get(first..)?, 0, 1).is_some()).then_some(name + 4 + u64::from(map))
 }
 
+/// Whether all texts of a record lie inside it. Whoever parses it takes as much memory as they say they need.
+pub(super) fn is_whole(opcode: u8, body: &[u8]) -> bool {
+    match opcode {
+        op::METADATA => pairs_after(body, 0, 1),
+        op::CHANNEL => pairs_after(body, 4, 2),
+        op::SCHEMA => strings(body, 2, 3).is_some(),
+        _ => true,
+    }
+}
+
+/// Whether so many strings, and a map of strings behind them, lie inside.
+fn pairs_after(body: &[u8], skip: usize, texts: usize) -> bool {
+    let map = || {
+        let before = usize::try_from(strings(body, skip, texts)?).ok()?;
+        let mut rest = Bytes(body.get(before..)?);
+        let length = usize::try_from(rest.u32()?).ok()?;
+        let mut map = Bytes(rest.take(length)?);
+        while !map.0.is_empty() {
+            map.string()?;
+            map.string()?;
+        }
+        Some(())
+    };
+    map().is_some()
+}
+
 /// The first place from `from` on where a record of a data section can begin whose bytes are all there.
 pub(super) fn search<R: Read + Seek>(file: &mut R, from: u64, size: u64) -> std::io::Result<Option<u64>> {
     let overlap = LOOK + usize::try_from(HEAD).unwrap_or(0);
@@ -131,6 +157,18 @@ mod tests {
             assert_eq!(search(&mut file, before as u64 + 1, size).unwrap(), None);
             assert_eq!(search(&mut file, 0, before as u64 + chunk.len() as u64 - 1).unwrap(), None);
         }
+    }
+
+    #[test]
+    fn texts_that_reach_beyond_their_record_are_seen_before_memory_is_taken() {
+        let text = |length: u32| [&length.to_le_bytes()[..], b"ab"].concat();
+        let metadata = |length: u32| [text(2), 12u32.to_le_bytes().to_vec(), text(2), text(length)].concat();
+        assert!(is_whole(op::METADATA, &metadata(2)) && !is_whole(op::METADATA, &metadata(3_003_121_673)));
+        assert!(mcap::parse_record(op::METADATA, &metadata(2)).is_ok());
+        let schema = |length: u32| [vec![1, 0], text(2), text(2), text(length)].concat();
+        assert!(is_whole(op::SCHEMA, &schema(2)) && !is_whole(op::SCHEMA, &schema(3)));
+        let channel = |length: u32| [vec![1, 0, 1, 0], text(2), text(length), vec![0; 4]].concat();
+        assert!(is_whole(op::CHANNEL, &channel(2)) && !is_whole(op::CHANNEL, &channel(u32::MAX)));
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! What a complete file says at its end: channels and counts, believed only if their checksum is right.
 
 use super::scan::Channels;
-use super::shape::{Bytes, head};
+use super::shape::{Bytes, head, is_whole};
 use mcap::records::{Record, Statistics, op};
 use std::io::{Read, Seek, SeekFrom};
 
@@ -46,7 +46,7 @@ pub(super) fn summary<R: Read + Seek>(file: &mut R, size: u64) -> std::io::Resul
     }
     summary.intact = true;
     let mut rest = Bytes(&bytes);
-    while let Some((opcode, body)) = record(&mut rest) {
+    while let Some((opcode, body)) = record(&mut rest).filter(|(opcode, body)| is_whole(*opcode, body)) {
         match mcap::parse_record(opcode, body) {
             Ok(Record::Statistics(statistics)) => summary.statistics = Some(statistics),
             Ok(record) => summary.channels.learn(&record),

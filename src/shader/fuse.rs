@@ -31,7 +31,7 @@ impl Part<'_> {
 pub enum Over {
     /// Particles: functions `(i, Particle) -> Particle`.
     Particles,
-    /// Cells: functions `(cell, Moments, Operator) -> Operator`, or `(cell)` for something aside, after a first `(cell, part) -> Sums` or
+    /// Cells: functions `(cell, Moments, Operator) -> Operator`, or `(cell)` for something aside, after a first `(cell) -> Sums` or
     /// the moments in memory.
     Cells {
         /// The first function makes the sums.
@@ -84,13 +84,13 @@ pub fn settings_name(kind: &str) -> String {
 ///
 /// # Errors
 /// If the parts do not fit together as WGSL, for instance since two of them have functions of one name.
-pub fn fuse(parts: &[Part<'_>], over: Over, lanes: Lanes) -> Result<Module, ShaderError> {
+pub fn fuse(parts: &[Part<'_>], over: Over) -> Result<Module, ShaderError> {
     let mut includes = vec!["dispatch".to_owned()];
     includes.extend(match over {
         Over::Particles => vec!["particles-store".to_owned()],
         Over::Cells { sums, operators } => {
             let loads = [(!sums).then_some("moments-load"), operators.then_some("operator-load")];
-            loads.into_iter().flatten().chain(["lanes", "operator-store"]).map(str::to_owned).collect()
+            loads.into_iter().flatten().chain(["operator-store"]).map(str::to_owned).collect()
         }
     });
     let (mut bindings, mut bodies, mut declarations) = (Vec::new(), String::new(), String::new());
@@ -113,7 +113,7 @@ pub fn fuse(parts: &[Part<'_>], over: Over, lanes: Lanes) -> Result<Module, Shad
     text.push_str(&bodies);
     text.push_str(&entry(parts, over));
     let kinds: Vec<&str> = parts.iter().map(|p| p.kind).collect();
-    Module::new(&kinds.join(" + "), &lanes.chosen(&text), &declarations)
+    Module::new(&kinds.join(" + "), &text, &declarations)
 }
 
 /// A variable of a fused module.
@@ -200,25 +200,18 @@ fn each_particle(parts: &[Part<'_>]) -> Vec<String> {
 }
 
 fn each_cell(parts: &[Part<'_>], sums: bool, operators: bool) -> Vec<String> {
-    // The cells fill whole workgroups.
-    let mut lines: Vec<String> = [
-        "if invocation(group, groups, 0u) >= system.cell_count * LANES { return; }",
-        "let i = index / LANES;",
-        "let part = index % LANES;",
-    ]
-    .map(str::to_owned)
-    .to_vec();
+    let mut lines = vec!["let i = index;".to_owned(), "if i >= system.cell_count { return; }".to_owned()];
     lines.push(if sums {
-        format!("let m = moments_of({}(i, part));", parts[0].function)
+        format!("let m = moments_of({}(i));", parts[0].function)
     } else {
         "let m = moments_at(i);".to_owned()
     });
     lines.push(format!("var o = {};", if operators { "operator_at(i)" } else { "no_collision()" }));
     let call = |part: &Part<'_>| match part.aside() {
-        true => format!("if part == 0u {{ {}(i); }}", part.function),
+        true => format!("{}(i);", part.function),
         false => format!("o = {}(i, m, o);", part.function),
     };
     lines.extend(parts[usize::from(sums)..].iter().map(call));
-    lines.push("store_operator_part(i, part, LANES, o);".to_owned());
+    lines.push("store_operator(i, o);".to_owned());
     lines
 }

@@ -34,7 +34,7 @@ const DEATHS: usize = 10;
 /// The analyzers of one run. Dropped, they are ended in haste.
 pub struct Analyzers {
     end: Option<SyncSender<Duration>>,
-    thread: Option<JoinHandle<()>>,
+    thread: Option<JoinHandle<Vec<String>>>,
 }
 
 impl Analyzers {
@@ -45,7 +45,7 @@ impl Analyzers {
         let Some(run) = run.filter(|_| !programs.is_empty()) else { return analyzers };
         let mut all: Vec<Analyzer> = programs.iter().map(|p| Analyzer::new(p, out, run)).collect();
         all.iter_mut().for_each(Analyzer::spawn);
-        attach(&mut all, run);
+        let late = !attach(&mut all, run);
         let (end, ended) = sync_channel(1);
         let work = move || {
             let patience = loop {
@@ -56,6 +56,8 @@ impl Analyzers {
                 }
             };
             finish(&mut all, patience);
+            let late = late.then(|| "analyzers: they did not watch the run from its first step".to_owned());
+            late.into_iter().chain(all.iter().filter_map(Analyzer::lost)).collect()
         };
         match std::thread::Builder::new().name("analyzers".into()).spawn(work) {
             Ok(thread) => (analyzers.end, analyzers.thread) = (Some(end), Some(thread)),
@@ -65,11 +67,12 @@ impl Analyzers {
     }
 
     /// Waits until the analyzers have written their reports, which they do once the run's topics are closed. After `patience` they
-    /// are asked to end, then killed.
-    pub fn end(mut self, patience: Duration) {
+    /// are asked to end, then killed. Says what of the run they have not seen.
+    pub fn end(mut self, patience: Duration) -> Vec<String> {
         if let Some(end) = self.end.take() {
             let _ = end.send(patience);
         }
+        self.thread.take().and_then(|thread| thread.join().ok()).unwrap_or_default()
     }
 }
 
@@ -82,19 +85,24 @@ impl Drop for Analyzers {
     }
 }
 
-/// Waits until every topic has the readers that the known analyzers are, or one of them has died, but not long.
-fn attach(all: &mut [Analyzer], run: &str) {
+/// Waits until every topic has the readers that the known analyzers are, or one of them has died, but not long. Whether all are there;
+/// of one that has died it is known anyway.
+fn attach(all: &mut [Analyzer], run: &str) -> bool {
     let begun = Instant::now();
     let wanted = |topic: Kind| all.iter().filter(|a| a.topics.contains(&topic)).count();
     let wanted: Vec<(Kind, usize)> = Kind::ALL.into_iter().map(|k| (k, wanted(k))).filter(|(_, n)| *n > 0).collect();
-    while begun.elapsed() < ATTACH && all.iter_mut().all(Analyzer::is_alive) {
+    while all.iter_mut().all(Analyzer::is_alive) {
         let runs = analyze::running().unwrap_or_default();
         let topics = runs.iter().find(|r| r.name == run).map_or(&[][..], |r| &r.topics);
         if wanted.iter().all(|(kind, n)| topics.iter().any(|(k, readers)| k == kind && readers >= n)) {
-            return;
+            return true;
+        }
+        if begun.elapsed() >= ATTACH {
+            return false;
         }
         std::thread::sleep(LOOK);
     }
+    true
 }
 
 /// One analyzer.
@@ -105,11 +113,17 @@ struct Analyzer {
     out: PathBuf,
     log: PathBuf,
     topics: &'static [Kind],
+    /// It is one of squirm-analyze's.
+    known: bool,
     child: Option<Child>,
     /// When it died lately.
     deaths: VecDeque<Instant>,
     /// When it is to be started again.
     again: Option<Instant>,
+    /// How often it has died.
+    died: u32,
+    /// It has said that it missed snapshots.
+    missed: bool,
 }
 
 impl Analyzer {
@@ -132,9 +146,12 @@ impl Analyzer {
             log: out.with_added_extension("log"),
             out,
             topics: kind.map_or(&[], |k| k.topics),
+            known: kind.is_some(),
             child: None,
             deaths: VecDeque::new(),
             again: None,
+            died: 0,
+            missed: false,
         }
     }
 
@@ -166,17 +183,29 @@ impl Analyzer {
     /// Sees whether it has died, or is to be started again.
     fn look(&mut self) {
         match self.ended() {
-            Some(status) if !status.success() => self.died(&format!("has died ({status})")),
+            Some(Err(status)) => self.died(&format!("has died ({status})")),
             _ if self.again.is_some_and(|at| Instant::now() >= at) => self.spawn(),
             _ => {}
         }
     }
 
-    /// How the process has ended, if it has, told once.
-    fn ended(&mut self) -> Option<ExitStatus> {
+    /// How the process has ended, if it has, told once. One of ours that has only missed snapshots has not failed.
+    fn ended(&mut self) -> Option<Result<(), ExitStatus>> {
         let status = self.child.as_mut()?.try_wait().ok().flatten()?;
         self.child = None;
-        Some(status)
+        self.missed = self.known && status.code() == Some(analyze::DATA_LOST.into());
+        Some(if status.success() || self.missed { Ok(()) } else { Err(status) })
+    }
+
+    /// What of the run it has not seen.
+    fn lost(&self) -> Option<String> {
+        let what = match (self.died, self.missed) {
+            (0, false) => return None,
+            (0, true) => "missed snapshots".to_owned(),
+            (1, _) => "died once: its results are at most of the time since then".into(),
+            (n, _) => format!("died {n} times: its results are at most of the time since then"),
+        };
+        Some(format!("the analyzer {} {what}; see {}", self.name, self.log.display()))
     }
 
     fn is_alive(&mut self) -> bool {
@@ -186,6 +215,7 @@ impl Analyzer {
 
     #[allow(clippy::cast_possible_truncation)]
     fn died(&mut self, how: &str) {
+        self.died += 1;
         self.deaths.push_back(Instant::now());
         while self.deaths.front().is_some_and(|at| at.elapsed() > WINDOW) {
             self.deaths.pop_front();
@@ -210,6 +240,8 @@ fn finish(all: &mut [Analyzer], patience: Duration) {
     wait(all, GRACE);
     for analyzer in all {
         if let Some(mut child) = analyzer.child.take() {
+            // Its report has gone with it; a program of the user's may be made to go on for ever.
+            analyzer.died += u32::from(analyzer.known);
             tracing::warn!("the analyzer {} did not end and was killed", analyzer.name);
             kill(&mut child);
             let _ = child.wait();
@@ -221,7 +253,7 @@ fn wait(all: &mut [Analyzer], patience: Duration) {
     let begun = Instant::now();
     loop {
         for analyzer in all.iter_mut() {
-            if let Some(status) = analyzer.ended().filter(|s| !s.success()) {
+            if let Some(Err(status)) = analyzer.ended() {
                 tracing::warn!("the analyzer {} ended with {status}; see {}", analyzer.name, analyzer.log.display());
             }
         }

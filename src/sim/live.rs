@@ -71,6 +71,8 @@ impl Live {
         now.status.stages.extend(speed.stages.iter().map(|s| (s.stage.clone(), s.nanoseconds)));
         if let Some(counters) = self.counters.get() {
             (now.status.published, now.status.dropped) = (counters.published(), counters.dropped());
+            let longest = counters.take_longest().as_secs_f64();
+            now.status.longest_publication = now.status.longest_publication.max(longest);
         }
     }
 

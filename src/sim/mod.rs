@@ -124,8 +124,8 @@ impl Start<'_> {
         let mut turns = Turns::new(plan, (session, outputs, live), (keeper, note), saved.as_ref(), options)?;
         let done = turns.run(watch).and_then(|()| turns.close(options, watch));
         let complete = done.as_ref().is_ok_and(|summary| !summary.stopped);
-        analyzers.end(if complete { analyzers::PATIENCE } else { analyzers::HASTE });
-        done
+        let lost = analyzers.end(if complete { analyzers::PATIENCE } else { analyzers::HASTE });
+        done.and_then(|mut summary| summary.lose(lost, dir).map(|()| summary))
     }
 }
 

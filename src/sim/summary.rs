@@ -141,6 +141,8 @@ pub struct Summary {
     pub snapshots: u64,
     /// Snapshots that readers were too slow for.
     pub dropped: u64,
+    /// What was lost although it was not to be: snapshots of topics that wait for their readers, and what declared analyzers missed.
+    pub lost: Vec<String>,
     /// Files written.
     pub files: Vec<String>,
     /// Digest of the final state, independent of the order of the particles in memory.
@@ -184,10 +186,20 @@ impl Summary {
             remarks,
             snapshots: sinks.snapshots,
             dropped: sinks.dropped,
+            lost: sinks.lost.iter().map(|(kind, count)| lost_to_readers(kind.topic(), *count)).collect(),
             files: files.collect(),
             digest,
             speed,
         }
+    }
+
+    /// Enters what analyzers have lost.
+    pub(super) fn lose(&mut self, lost: Vec<String>, dir: &Path) -> Result<(), RunError> {
+        if lost.is_empty() {
+            return Ok(());
+        }
+        self.lost.extend(lost);
+        self.write(dir)
     }
 
     pub(super) fn write(&self, dir: &Path) -> Result<(), RunError> {
@@ -195,6 +207,13 @@ impl Summary {
         let text = serde_json::to_string_pretty(self).expect("a summary has no keys that JSON lacks");
         std::fs::write(&path, text + "\n").map_err(|source| RunError::File { what: "write", path, source })
     }
+}
+
+fn lost_to_readers(topic: &str, count: u64) -> String {
+    let snapshots = if count == 1 { "a snapshot".into() } else { format!("{count} snapshots") };
+    format!(
+        "{topic}: {snapshots} did not reach a reader, although the output waits for readers (slow_limit, full shared memory)"
+    )
 }
 
 fn swim_speeds(plan: &Plan, books: &Books) -> Vec<SwimSpeed> {
@@ -279,6 +298,9 @@ impl fmt::Display for Summary {
         }
         for remark in &self.remarks {
             writeln!(f, "  note: {remark}")?;
+        }
+        for lost in &self.lost {
+            writeln!(f, "  LOST               {lost}")?;
         }
         for file in &self.files {
             writeln!(f, "  wrote {file}")?;

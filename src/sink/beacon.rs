@@ -110,7 +110,13 @@ struct Light {
 
 impl Light {
     fn shine(&mut self) {
-        let mut now = self.shared.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        let mut now = {
+            let mut shared = self.shared.lock().unwrap_or_else(PoisonError::into_inner);
+            let now = shared.clone();
+            // The next status tells of the time from here on.
+            shared.status.longest_publication = 0.0;
+            now
+        };
         self.past.push_back((Instant::now(), now.stamp.step));
         while self.past.len() > 2 && self.past[0].0.elapsed() > WINDOW {
             self.past.pop_front();

@@ -1,6 +1,7 @@
 //! Handing each snapshot to those that asked for it, on a thread of its own, so that the step loop never waits for a disk.
 
 use super::{Durable, FileInfo, Publisher, Recorder, Rows, SinkError, Tables};
+use crate::wire::Kind;
 use std::path::Path;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
 use std::thread::JoinHandle;
@@ -57,6 +58,8 @@ pub struct Summary {
     pub snapshots: u64,
     /// Snapshots that could not be published, or that a reader missed although the run waited for it.
     pub dropped: u64,
+    /// Those of them, since this process began, of topics that wait for their readers.
+    pub lost: Vec<(Kind, u64)>,
 }
 
 impl Kept {
@@ -110,8 +113,9 @@ impl Outlets {
     /// If a file could not be finished.
     pub fn finish(self) -> Result<Summary, SinkError> {
         let dropped = self.before.dropped + self.publisher.as_ref().map_or(0, Publisher::dropped);
+        let lost = self.publisher.as_ref().map_or_else(Vec::new, Publisher::lost);
         let files = self.recorder.map_or(Ok(Vec::new()), Recorder::finish)?;
-        Ok(Summary { files, snapshots: self.before.snapshots, dropped })
+        Ok(Summary { files, snapshots: self.before.snapshots, dropped, lost })
     }
 }
 

@@ -17,6 +17,7 @@ use iceoryx2::service::builder::publish_subscribe::PublishSubscribeOpenOrCreateE
 use iceoryx2::service::port_factory::publish_subscribe::PortFactory as Factory;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{Duration, Instant};
 
 type Service = ipc_threadsafe::Service;
 
@@ -52,6 +53,8 @@ impl Offer {
 pub struct Counters {
     published: AtomicU64,
     dropped: AtomicU64,
+    /// Nanoseconds that the longest publication took since somebody asked.
+    longest: AtomicU64,
 }
 
 impl Counters {
@@ -65,6 +68,16 @@ impl Counters {
     #[must_use]
     pub fn dropped(&self) -> u64 {
         self.dropped.load(Ordering::Relaxed)
+    }
+
+    /// The longest that publishing a message, or welcoming new subscribers, has taken since this was last asked.
+    #[must_use]
+    pub fn take_longest(&self) -> Duration {
+        Duration::from_nanos(self.longest.swap(0, Ordering::Relaxed))
+    }
+
+    fn took(&self, time: Duration) {
+        self.longest.fetch_max(u64::try_from(time.as_nanos()).unwrap_or(u64::MAX), Ordering::Relaxed);
     }
 }
 
@@ -84,6 +97,8 @@ struct Topic {
     notifier: Notifier<Service>,
     service: Factory<Service, [Block], Header>,
     patience: Option<Arc<Patience>>,
+    /// Messages that were not published, and those that a reader missed.
+    dropped: u64,
 }
 
 impl Publisher {
@@ -127,6 +142,13 @@ impl Publisher {
     /// If the bytes are no snapshot, the topic was not opened, the message is longer than announced, or a reader was slower than
     /// [`OnSlow::Abort`] allows.
     pub fn publish(&mut self, bytes: &[u8]) -> Result<usize, SinkError> {
+        let began = Instant::now();
+        let reached = self.send(bytes);
+        self.counters.took(began.elapsed());
+        reached
+    }
+
+    fn send(&mut self, bytes: &[u8]) -> Result<usize, SinkError> {
         let header = crate::wire::Snapshot::parse(bytes)?.header;
         let kind = header.kind()?;
         let index = self.topics.iter().position(|t| t.offer.kind == kind).ok_or(SinkError::NotOpen(kind.topic()))?;
@@ -135,24 +157,26 @@ impl Publisher {
             return Err(SinkError::TooLong { topic: kind.topic(), bytes: bytes.len(), max });
         }
         if self.is_starved() {
-            self.counters.dropped.fetch_add(1, Ordering::Relaxed);
+            self.drop_of(index, 1);
             return Ok(0);
         }
         let topic = &self.topics[index];
         // Messages are a multiple of a block long.
         let blocks = bytes.as_chunks::<16>().0;
         let Ok(mut sample) = topic.port.loan_slice_uninit(blocks.len()) else {
-            self.counters.dropped.fetch_add(1, Ordering::Relaxed);
+            self.drop_of(index, 1);
             return Ok(0);
         };
         *sample.user_header_mut() = header;
         topic.announce();
         // A run must not end because of those who watch it.
-        let reached = sample.write_from_fn(|i| Block(blocks[i])).send().unwrap_or_else(|e| {
+        let sent = sample.write_from_fn(|i| Block(blocks[i])).send();
+        let reached = sent.unwrap_or_else(|e| {
             tracing::warn!(topic = kind.topic(), reason = ?e, "a snapshot was not published");
-            self.counters.dropped.fetch_add(1, Ordering::Relaxed);
+            self.drop_of(index, 1);
             0
         });
+        let topic = &self.topics[index];
         self.counters.published.fetch_add(1, Ordering::Relaxed);
         if let Err(e) = topic.notifier.notify() {
             tracing::warn!(topic = kind.topic(), reason = ?e, "subscribers were not woken; they look by themselves later");
@@ -162,10 +186,10 @@ impl Publisher {
     }
 
     /// Draws the consequences of what the last message had to wait for.
-    fn judge(&self, index: usize) -> Result<(), SinkError> {
+    fn judge(&mut self, index: usize) -> Result<(), SinkError> {
         let Topic { offer, patience: Some(patience), .. } = &self.topics[index] else { return Ok(()) };
-        let verdict = patience.end();
-        self.counters.dropped.fetch_add(verdict.missed as u64, Ordering::Relaxed);
+        let (offer, verdict) = (*offer, patience.end());
+        self.drop_of(index, verdict.missed as u64);
         if verdict.dead {
             self.node.try_cleanup_dead_nodes();
         }
@@ -183,16 +207,23 @@ impl Publisher {
         Ok(())
     }
 
+    fn drop_of(&mut self, index: usize, messages: u64) {
+        self.topics[index].dropped += messages;
+        self.counters.dropped.fetch_add(messages, Ordering::Relaxed);
+    }
+
     /// Gives subscribers that came since the last message the newest one now; otherwise they get it with the next.
     pub fn welcome(&mut self) {
         if self.is_starved() {
             return;
         }
+        let began = Instant::now();
         for topic in &self.topics {
             if let Err(e) = topic.port.update_connections() {
                 tracing::warn!(topic = topic.offer.kind.topic(), reason = ?e, "new subscribers wait for the next snapshot");
             }
         }
+        self.counters.took(began.elapsed());
     }
 
     /// Whether shared memory is so full that connecting to a new reader could kill the run.
@@ -222,6 +253,13 @@ impl Publisher {
     #[must_use]
     pub fn dropped(&self) -> u64 {
         self.counters.dropped()
+    }
+
+    /// Those of topics that wait for their readers, so that none was to be lost; topics without losses are left out.
+    #[must_use]
+    pub fn lost(&self) -> Vec<(Kind, u64)> {
+        let waits = |t: &&Topic| t.offer.on_slow != OnSlow::Drop && t.dropped > 0;
+        self.topics.iter().filter(waits).map(|t| (t.offer.kind, t.dropped)).collect()
     }
 }
 
@@ -286,7 +324,7 @@ impl Topic {
             held.push(sample);
         }
         drop(held);
-        Ok(Self { offer: *offer, port, notifier, service, patience })
+        Ok(Self { offer: *offer, port, notifier, service, patience, dropped: 0 })
     }
 
     /// Tells the one who may have to wait who the readers are.

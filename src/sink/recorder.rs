@@ -8,6 +8,10 @@ use std::fs::File;
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
+/// Chunks of one file. A recording goes on in a new segment then: the index of a file is kept in memory until its end, 200 bytes
+/// or so for each chunk, and a run may go for weeks.
+const CHUNKS: u64 = 1 << 17;
+
 /// What made a recording.
 #[derive(Debug, Clone, PartialEq, Default, serde::Serialize)]
 pub struct Provenance {
@@ -46,7 +50,7 @@ pub struct FileInfo {
 /// What of the recordings is certainly on the disk.
 #[derive(Debug, Clone, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
 pub struct Durable {
-    /// Number of the segment being written: how often the run had been resumed with a recording.
+    /// Number of the segment being written: how often a new one was begun, by a resumption or because the last was full.
     pub segment: u32,
     /// All files so far, those of earlier segments first.
     pub files: Vec<Part>,
@@ -79,6 +83,8 @@ pub struct Recorder {
     fluid: Option<Open>,
     /// Step at which viewers were last told where everything is.
     framed: Option<u64>,
+    /// Chunks of one file at most.
+    most: u64,
 }
 
 impl Recorder {
@@ -112,7 +118,7 @@ impl Recorder {
         }
         let run = open(&segment(&dir.join(RUN), number), provenance, resolved, 0)?;
         let (dir, provenance, resolved) = (dir.into(), provenance.clone(), resolved.into());
-        Ok(Self { dir, provenance, resolved, segment: number, earlier, run, fluid: None, framed: None })
+        Ok(Self { dir, provenance, resolved, segment: number, earlier, run, fluid: None, framed: None, most: CHUNKS })
     }
 
     /// Records one message, after it what viewers draw of it, and closes its chunk, so that a run that is killed loses at most the message being written.
@@ -159,7 +165,27 @@ impl Recorder {
             }
             Kind::Status => return Ok(()),
         };
-        track.flush()
+        track.flush()?;
+        if track.chunks() >= self.most { self.roll() } else { Ok(()) }
+    }
+
+    /// Begins a new segment whenever a file has so many chunks, instead of some hundred thousand.
+    #[must_use]
+    pub fn in_segments_of(self, chunks: u64) -> Self {
+        Self { most: chunks.max(1), ..self }
+    }
+
+    /// Finishes the files of this segment and begins the next.
+    fn roll(&mut self) -> Result<(), SinkError> {
+        self.segment += 1;
+        let next = open(&segment(&self.dir.join(RUN), self.segment), &self.provenance, &self.resolved, 0)?;
+        let full = std::mem::replace(&mut self.run, next);
+        for open in [Some(full), self.fluid.take()].into_iter().flatten() {
+            let FileInfo { path, messages, .. } = close(open)?;
+            self.earlier.push(Part { name: named(&path), messages });
+        }
+        self.framed = None;
+        Ok(())
     }
 
     /// Waits until everything written so far is on the disk, and says what that is.
@@ -172,8 +198,7 @@ impl Recorder {
             open.track.flush()?;
             let path = open.track.path();
             open.file.sync_data().map_err(|e| SinkError::io(path, e))?;
-            let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-            files.push(Part { name, messages: open.track.messages() });
+            files.push(Part { name: named(path), messages: open.track.messages() });
         }
         Ok(Durable { segment: self.segment, files })
     }
@@ -232,6 +257,10 @@ pub(super) fn keep_only(dir: &Path, at: &Durable) -> Result<(), SinkError> {
         }
     }
     at.files.iter().try_for_each(|part| cut(&dir.join(&part.name), part.messages))
+}
+
+fn named(path: &Path) -> String {
+    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
 fn open(path: &Path, provenance: &Provenance, resolved: &str, threads: u32) -> Result<Open, SinkError> {

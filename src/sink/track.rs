@@ -15,6 +15,9 @@ pub(super) struct Track<W: Write + Seek> {
     writer: Writer<W>,
     channels: BTreeMap<&'static str, u16>,
     messages: u64,
+    /// Messages at the end of the last chunk.
+    flushed: u64,
+    chunks: u64,
     failed: bool,
 }
 
@@ -40,7 +43,15 @@ impl<W: Write + Seek> Track<W> {
     /// Begins a recording.
     pub fn new(path: &Path, sink: W, threads: u32) -> Result<Self, SinkError> {
         let writer = options(threads).create(sink).map_err(|e| SinkError::mcap(path, e))?;
-        Ok(Self { path: path.into(), writer, channels: BTreeMap::new(), messages: 0, failed: false })
+        Ok(Self {
+            path: path.into(),
+            writer,
+            channels: BTreeMap::new(),
+            messages: 0,
+            flushed: 0,
+            chunks: 0,
+            failed: false,
+        })
     }
 
     /// Attaches a named text.
@@ -78,7 +89,15 @@ impl<W: Write + Seek> Track<W> {
 
     /// Ends the chunk and hands it to the system.
     pub fn flush(&mut self) -> Result<(), SinkError> {
-        self.checked(Writer::flush)
+        self.checked(Writer::flush)?;
+        self.chunks += u64::from(self.messages > self.flushed);
+        self.flushed = self.messages;
+        Ok(())
+    }
+
+    /// Chunks so far: the index at the end lists each, and is kept in memory until then.
+    pub fn chunks(&self) -> u64 {
+        self.chunks
     }
 
     /// Writes the summary and the end; returns how many messages there are. The sink's own buffer is its owner's to flush.

@@ -64,7 +64,7 @@ pub trait Stage: 'static {
     /// The same where particles add to sums in pairs ([`crate::buffers::Sizes::pairs`]), if it then does something else.
     const PAIRED: Option<Fused> = None;
     /// Entry points over particles or cells that the fused plan may join with others over the same, each with the function that does
-    /// its work for one of them: `fn(i: u32, p: Particle) -> Particle`, `fn(cell: u32, part: u32) -> Sums` for the first over cells, else
+    /// its work for one of them: `fn(i: u32, p: Particle) -> Particle`, `fn(cell: u32) -> Sums` for the first over cells, else
     /// `fn(cell: u32, m: Moments, o: Operator) -> Operator`, or `fn(cell: u32)` if it leaves the operator alone.
     const EACH: &'static [(&'static str, &'static str)] = &[];
     /// Entry points that share the work for one element among several invocations where the adapter is better at that: their WGSL takes

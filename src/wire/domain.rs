@@ -81,10 +81,16 @@ pub fn run_of<'a>(service: &'a str, topic: &str) -> Option<&'a str> {
 }
 
 /// Bytes of shared memory that are free; `None` where the system keeps it elsewhere.
-#[cfg(unix)]
 #[must_use]
 pub fn free() -> Option<u64> {
-    let path = std::ffi::CString::new(MEMORY).ok()?;
+    free_in(std::path::Path::new(MEMORY))
+}
+
+/// Bytes that are free for this user in the file system of a folder; `None` where the system does not tell.
+#[cfg(unix)]
+#[must_use]
+pub fn free_in(folder: &std::path::Path) -> Option<u64> {
+    let path = std::ffi::CString::new(folder.as_os_str().as_encoded_bytes()).ok()?;
     // SAFETY: `path` ends with a zero byte, and `stat` is a plain structure that statvfs fills.
     #[allow(unsafe_code)]
     let (status, stat) = unsafe {
@@ -95,10 +101,10 @@ pub fn free() -> Option<u64> {
     (status == 0).then(|| (stat.f_bavail as u64).saturating_mul(stat.f_frsize as u64))
 }
 
-/// Bytes of shared memory that are free; `None` where the system keeps it elsewhere.
+/// Bytes that are free for this user in the file system of a folder; `None` where the system does not tell.
 #[cfg(not(unix))]
 #[must_use]
-pub fn free() -> Option<u64> {
+pub fn free_in(_folder: &std::path::Path) -> Option<u64> {
     None
 }
 

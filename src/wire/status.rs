@@ -5,7 +5,7 @@ use super::header::padded;
 use super::{Encoder, Kind, Scalars, Snapshot, Stamp, WireError};
 
 /// Numbers in a message.
-const NUMBERS: usize = 9;
+const NUMBERS: usize = 10;
 /// Most stages in a message; more are left out.
 const STAGES: usize = 32;
 /// Texts in a message.
@@ -32,6 +32,8 @@ pub struct Status {
     pub published: u64,
     /// Snapshots that could not be published, or that a reader was too slow for although the run waited.
     pub dropped: u64,
+    /// The longest that publishing one snapshot took since the status before, in seconds; waiting for readers included.
+    pub longest_publication: f64,
     /// Mean GPU time of each stage in nanoseconds per step; empty if the adapter has no timestamps.
     pub stages: Vec<(String, f64)>,
     /// What it does: `running`, or how it ended.
@@ -71,6 +73,7 @@ impl Status {
         out.push("swim_speed", "sqrt(kT/m)", self.swim_speed);
         out.push("published", "", self.published as f64);
         out.push("dropped", "", self.dropped as f64);
+        out.push("longest_publication", "s", self.longest_publication);
         out
     }
 
@@ -126,6 +129,7 @@ impl Status {
             swim_speed: number("swim_speed").unwrap_or(f64::NAN),
             published: count("published"),
             dropped: count("dropped"),
+            longest_publication: number("longest_publication").unwrap_or(0.0),
             stages: stages.into_iter().zip(times).collect(),
             phase: text("phase"),
             adapter: text("adapter"),

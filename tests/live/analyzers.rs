@@ -19,7 +19,7 @@ kind = "swim"
 "#;
 
 /// Processes whose command line has all these words.
-fn processes(words: &[&str]) -> Vec<u32> {
+pub fn processes(words: &[&str]) -> Vec<u32> {
     let all = std::fs::read_dir("/proc").expect("Linux").filter_map(Result::ok);
     let numbers = all.filter_map(|e| e.file_name().to_str()?.parse().ok());
     let has = |id: &u32| {

@@ -1,8 +1,8 @@
-//! Runs seen from outside while they go: analyzers, recordings, signals, `ps`, `top`, `tap`, names, small shared memory.
+//! Runs seen from outside while they go: analyzers, recordings, signals, `ps`, `top`, `tap`.
 #![cfg(target_os = "linux")]
 
 mod analyzers;
-mod memory;
+mod lost;
 mod recorded;
 mod runs;
 mod slow;

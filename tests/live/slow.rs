@@ -60,3 +60,46 @@ fn block_goes_on_without_a_stopped_reader_and_loses_nothing_of_the_recording() {
     assert!(code == Some(130) && said.contains("goes on without it until it has caught up"), "{said}");
     assert!(recorded(folder.path()) > stopped_at + 20);
 }
+
+/// What Ctrl-Z and fg do to it.
+#[test]
+fn a_reader_that_was_stopped_goes_on_and_sees_the_gap() {
+    let (folder, name) = prepared("goes-on", &output("drop"));
+    let run = Process::run(folder.path(), &name, "out");
+    wait_for(folder.path(), &name);
+    let tap = Process::start(folder.path(), &["tap", &name, "scalars", "--json", "--count", "50"]);
+    super::wait_until("nobody taps", || {
+        let row = super::listed(folder.path(), &name)?;
+        (row["subscribers"]["scalars"] == 1).then_some(())
+    });
+    for _ in 0..3 {
+        tap.signal("-STOP");
+        std::thread::sleep(std::time::Duration::from_millis(200));
+        tap.signal("-CONT");
+        std::thread::sleep(std::time::Duration::from_millis(100));
+    }
+    let (code, out, said) = tap.end();
+    assert_eq!((code, out.lines().count()), (Some(0), 50), "{said}");
+    run.signal("-INT");
+    assert_eq!(run.end().0, Some(130));
+}
+
+/// A topic that is silent does not keep its reader from ending.
+#[test]
+fn a_tap_ends_at_ctrl_c_also_while_nothing_comes() {
+    let rare = "[[output]]\npublish = [\"scalars\"]\nevery = 1000000000\n";
+    let (folder, name) = prepared("silent", rare);
+    let run = Process::run(folder.path(), &name, "out");
+    wait_for(folder.path(), &name);
+    let tap = Process::start(folder.path(), &["tap", &name, "scalars"]);
+    super::wait_until("nobody taps", || {
+        let row = super::listed(folder.path(), &name)?;
+        (row["subscribers"]["scalars"] == 1).then_some(())
+    });
+    std::thread::sleep(std::time::Duration::from_millis(300));
+    tap.signal("-INT");
+    let (code, _, said) = tap.end();
+    assert_eq!((code, said.as_str()), (Some(130), ""));
+    run.signal("-INT");
+    assert_eq!(run.end().0, Some(130));
+}

@@ -1,13 +1,21 @@
 //! `squirm-faults`: breaks runs in every way that breaks them in the field, and counts what is lost.
 
+mod all;
 mod checkpoints;
 mod child;
 mod disk;
 mod kill;
+mod memory;
+mod mutations;
+mod pipelines;
+mod readers;
 mod record;
 mod recordings;
 mod signals;
+mod soak;
+mod stopped;
 mod table;
+mod watcher;
 
 use clap::{Args, Parser, Subcommand};
 use rand_chacha::ChaCha8Rng;
@@ -16,7 +24,8 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use table::Row;
 
-/// Kill runs, send them signals, damage their checkpoints and recordings, fill their disk; print what became of each, with figures.
+/// Kill runs and their readers, stop them, send them signals, damage their files, fill their disk and their shared memory; print
+/// what became of each, with figures.
 ///
 /// Exit code 0: nothing was lost; 1: something was; 2: a case could not be run.
 #[derive(Parser)]
@@ -30,6 +39,12 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Case {
+    /// Every case, one table: a few trials of each.
+    All {
+        /// As many trials as the single cases make, and a soak of an hour: about two and a half hours.
+        #[arg(long)]
+        long: bool,
+    },
     /// kill -9 at random instants, then resume to the end: the state, the recording and the tables must be those of an undisturbed run.
     Kill {
         /// Instants.
@@ -55,11 +70,46 @@ enum Case {
         #[arg(long, default_value_t = 1000)]
         count: u32,
     },
+    /// kill -9 of readers of a run that goes, at random instants of their lives: the run must not feel it.
+    Readers {
+        /// Kills; as many readers leave by themselves, to compare.
+        #[arg(long, default_value_t = 100)]
+        count: u32,
+    },
+    /// A reader that is stopped by SIGSTOP and goes on later.
+    Stopped {
+        /// How long a run goes beside it.
+        #[arg(long, default_value_t = 60)]
+        seconds: u32,
+    },
     /// A disk that is full: needs the right to mount one of a few megabytes.
     Disk {
         /// Sizes.
         #[arg(long, default_value_t = 8)]
         count: u32,
+    },
+    /// Shared memory that is too small, or full: needs the right to mount another.
+    Memory,
+    /// Changed copies of pipeline files: neither panic nor hang, and every error has a place.
+    Pipelines {
+        /// Copies.
+        #[arg(long, default_value_t = 200_000)]
+        count: u32,
+        /// Folder with the files to change, those in its folders included.
+        #[arg(long, value_name = "DIR", default_value_os_t = all::shipped())]
+        files: PathBuf,
+        /// Print the copy of this number, and do nothing else.
+        #[arg(long, value_name = "NUMBER")]
+        show: Option<u32>,
+        /// For the case itself: check the copies from this number on in this process.
+        #[arg(long, value_name = "NUMBER", hide = true)]
+        from: Option<u32>,
+    },
+    /// A run that goes for long with readers, recordings and checkpoints: memory, descriptors and threads must not grow.
+    Soak {
+        /// How long.
+        #[arg(long, default_value_t = 60.0)]
+        minutes: f64,
     },
 }
 
@@ -95,10 +145,20 @@ fn run(case: &Case, common: &Common) -> Result<Vec<Row>, String> {
     let squirm = squirm.canonicalize().map_err(absent)?;
     let mut random = ChaCha8Rng::seed_from_u64(common.seed);
     match case {
+        Case::All { long } => all::all(&squirm, common.seed, *long),
         Case::Kill { count } => kill::kill(&squirm, *count, &mut random),
         Case::Checkpoints { count } => checkpoints::checkpoints(&squirm, *count, &mut random),
         Case::Signals { count } => signals::signals(&squirm, *count, &mut random),
         Case::Recordings { count } => recordings::recordings(&squirm, *count, &mut random),
+        Case::Readers { count } => readers::readers(&squirm, *count, &mut random),
+        Case::Stopped { seconds } => stopped::stopped(&squirm, *seconds),
         Case::Disk { count } => disk::disk(&squirm, *count),
+        Case::Memory => memory::memory(&squirm),
+        Case::Pipelines { count, files, show: None, from: None } => {
+            pipelines::pipelines(&squirm, files, *count, common.seed)
+        }
+        Case::Pipelines { files, show: Some(number), .. } => pipelines::show(files, common.seed, *number),
+        Case::Pipelines { files, count, from: Some(from), .. } => pipelines::work(files, common.seed, *from..*count),
+        Case::Soak { minutes } => soak::soak(&squirm, *minutes, &mut random),
     }
 }

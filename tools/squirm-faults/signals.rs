@@ -1,6 +1,6 @@
 //! Signals: a run that is told to end ends soon, with everything complete, and one that is told twice leaves at once.
 
-use super::child::Trial;
+use super::child::{ENDLESS, Trial};
 use super::kill::saved_step;
 use super::record::frames;
 use super::table::Row;
@@ -13,9 +13,6 @@ const LIMIT: Duration = Duration::from_secs(5);
 
 /// Signals and the status with which a run ends.
 const SIGNALS: [(&str, i32); 3] = [("-INT", 130), ("-TERM", 143), ("-USR1", 143)];
-
-/// A run that would go on for hours.
-const ENDLESS: [&str; 1] = ["run.steps=1000000000"];
 
 /// Waits until the run has written a checkpoint after its start.
 fn under_way(trial: &Trial) -> Result<(), String> {

@@ -295,7 +295,12 @@ class LiveTopic:
     def sleep(self, seconds: float) -> None:
         """Waits until the run sends something, at most so long."""
         duration = self._live._iox2.Duration.from_millis(max(int(seconds * 1000), 1))
-        self._live._call("wait for snapshots", lambda: self._listener.timed_wait(duration))
+        try:
+            self._live._call("wait for snapshots", lambda: self._listener.timed_wait(duration))
+        except LiveError as error:
+            # A program that was stopped (Ctrl-Z) and goes on is no failure.
+            if "InterruptSignal" not in str(error):
+                raise
 
     def __iter__(self) -> Iterator[Snapshot]:
         while True:

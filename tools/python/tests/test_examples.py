@@ -1,5 +1,6 @@
 """The examples run as a user would start them."""
 
+import json
 import os
 import re
 import shutil
@@ -12,8 +13,8 @@ from conftest import ROOT
 EXAMPLES = ROOT / "tools/python/examples"
 
 
-def run(*arguments):
-    environment = os.environ | {"MPLBACKEND": "Agg"}
+def run(*arguments, **variables):
+    environment = os.environ | {"MPLBACKEND": "Agg"} | variables
     done = subprocess.run(
         [sys.executable, *map(str, arguments)],
         env=environment,
@@ -33,6 +34,17 @@ def test_trajectories_draws_its_pictures(folder, tmp_path):
     for name in ("trajectories.png", "flow.png", "temperature.png"):
         picture = (copy / name).read_bytes()
         assert picture.startswith(b"\x89PNG") and len(picture) > 5000
+
+
+def test_the_notebook_runs_from_its_first_cell_to_its_last(folder, tmp_path):
+    pytest.importorskip("matplotlib")
+    notebook = json.loads((EXAMPLES / "explore.ipynb").read_text())
+    cells = [cell for cell in notebook["cells"] if cell["cell_type"] == "code"]
+    assert len(cells) > 3
+    assert all(cell["outputs"] == [] and cell["execution_count"] is None for cell in cells), "outputs are not kept"
+    script = tmp_path / "explore.py"
+    script.write_text("\n".join("".join(cell["source"]) for cell in cells))
+    assert " squirmers, " in run(script, SQUIRM_RUN_FOLDER=str(folder))
 
 
 def test_rerun_gets_ellipsoids_headings_box_and_walls(folder, tmp_path):

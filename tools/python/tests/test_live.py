@@ -2,6 +2,8 @@
 
 import os
 import signal
+import subprocess
+import sys
 import time
 
 import numpy as np
@@ -62,6 +64,27 @@ def test_a_killed_run_ends_too(going):
     with pytest.warns(squirm.RecordingWarning, match="ends in the middle"):
         run = squirm.open_run(going.out)
     assert run.squirmers.lost == 0
+
+
+READS = """
+import sys, squirm
+with squirm.attach(sys.argv[1], ["scalars"], timeout=120) as live:
+    for s in live.scalars:
+        print(s.seq, flush=True)
+"""
+
+
+def test_a_reader_that_was_stopped_goes_on(going):
+    reader = subprocess.Popen([sys.executable, "-c", READS, going.name], stdout=subprocess.PIPE, text=True)
+    seen = [int(reader.stdout.readline())]
+    for _ in range(3):
+        reader.send_signal(signal.SIGSTOP)
+        time.sleep(0.3)
+        reader.send_signal(signal.SIGCONT)
+        seen += [int(reader.stdout.readline()) for _ in range(5)]
+    assert going.stop() == 143
+    seen += map(int, reader.stdout)
+    assert reader.wait(PATIENCE) == 0 and seen == sorted(set(seen))
 
 
 def test_views_are_shared_memory_and_stay_as_they_are(going):
