@@ -67,7 +67,7 @@ impl Ordered {
         }
         let module = match &item {
             Item::Joint(members) => joint(members, stages)?,
-            Item::Alone(m) => stages[m.stage].0.fused_module(m.wgsl, item.lanes(self.lanes))?,
+            Item::Alone(m) => stages[m.stage].0.fused_module(m.wgsl, item.lanes(self.lanes, sizes))?,
             Item::Small(members) => small::module(members, stages, sizes)?,
         };
         self.kernels.push((item, module));
@@ -98,7 +98,7 @@ impl Fused {
             let over = members[0].phase.over;
             let groups = match item {
                 Item::Small(_) => [1, 1],
-                _ => groups(sizes.count(over) * item.lanes(ordered.lanes).count(), over),
+                _ => groups(sizes.count(over) * item.lanes(ordered.lanes, sizes).count(), over),
             };
             let (point, label) = (item.point(), item.label(|stage| plan.stages[stage].entry.kind));
             let compiled = compile(gpu, &label, &module);

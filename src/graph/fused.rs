@@ -92,10 +92,13 @@ impl Item {
         if matches!(self, Item::Joint(_) | Item::Small(_)) { ENTRY } else { self.members()[0].phase.entry }
     }
 
-    /// Invocations for each of its elements.
+    /// Invocations for each of its elements. What cells share is the work for the ghosts of squirmers: where most have none, four invocations
+    /// that find that out cost more than sharing gains.
     #[must_use]
-    pub fn lanes(&self, adapter: Lanes) -> Lanes {
-        if self.members()[0].shared { adapter } else { Lanes::One }
+    pub fn lanes(&self, adapter: Lanes, sizes: &Sizes) -> Lanes {
+        let first = &self.members()[0];
+        let idle = first.phase.over == Extent::Cells && 2 * sizes.count(Extent::SquirmerGhosts) < sizes.cells;
+        if first.shared && !idle { adapter } else { Lanes::One }
     }
 
     /// The kernels in it.
