@@ -91,9 +91,20 @@ pub(super) fn is_whole(opcode: u8, body: &[u8]) -> bool {
     match opcode {
         op::METADATA => pairs_after(body, 0, 1),
         op::CHANNEL => pairs_after(body, 4, 2),
-        op::SCHEMA => strings(body, 2, 3).is_some(),
+        op::SCHEMA => data_after(body, 2, 2),
         _ => true,
     }
+}
+
+/// Whether so many strings, and bytes of any kind behind them, lie inside.
+fn data_after(body: &[u8], skip: usize, texts: usize) -> bool {
+    let data = || {
+        let before = usize::try_from(strings(body, skip, texts)?).ok()?;
+        let mut rest = Bytes(body.get(before..)?);
+        let length = usize::try_from(rest.u32()?).ok()?;
+        rest.take(length)
+    };
+    data().is_some()
 }
 
 /// Whether so many strings, and a map of strings behind them, lie inside.
@@ -165,7 +176,9 @@ mod tests {
         let metadata = |length: u32| [text(2), 12u32.to_le_bytes().to_vec(), text(2), text(length)].concat();
         assert!(is_whole(op::METADATA, &metadata(2)) && !is_whole(op::METADATA, &metadata(3_003_121_673)));
         assert!(mcap::parse_record(op::METADATA, &metadata(2)).is_ok());
-        let schema = |length: u32| [vec![1, 0], text(2), text(2), text(length)].concat();
+        // The schemas of viewers are no texts.
+        let data = |length: u32| [&length.to_le_bytes()[..], &[0xff, 0xfe]].concat();
+        let schema = |length: u32| [vec![1, 0], text(2), text(2), data(length)].concat();
         assert!(is_whole(op::SCHEMA, &schema(2)) && !is_whole(op::SCHEMA, &schema(3)));
         let channel = |length: u32| [vec![1, 0, 1, 0], text(2), text(length), vec![0; 4]].concat();
         assert!(is_whole(op::CHANNEL, &channel(2)) && !is_whole(op::CHANNEL, &channel(u32::MAX)));
