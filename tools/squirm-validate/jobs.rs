@@ -33,8 +33,8 @@ pub fn run(jobs: &Jobs<'_>) -> Result<bool, Trouble> {
         for _ in 0..jobs.count {
             let (sender, queue, program) = (sender.clone(), &queue, &program);
             scope.spawn(move || {
-                loop {
-                    let Some(part) = queue.lock().ok().and_then(|mut q| q.next()) else { break };
+                let next = || queue.lock().ok().and_then(|mut parts| parts.next());
+                while let Some(part) = next() {
                     if jobs.duration.is_some_and(|d| began.elapsed() >= d) {
                         println!("{part}: left for the next call");
                         continue;
