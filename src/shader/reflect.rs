@@ -132,9 +132,9 @@ mod tests {
     fn access_tells_reads_from_writes() {
         let text = "
             @group(0) @binding(0) var<storage, read_write> moments: array<atomic<u32>>;
-            @group(0) @binding(1) var<storage, read> positions: array<u32>;
+            @group(0) @binding(1) var<storage, read> particles: array<u32>;
             @compute @workgroup_size(1) fn clear() { atomicStore(&moments[0], 0u); }
-            @compute @workgroup_size(1) fn add() { atomicAdd(&moments[0], positions[0]); }";
+            @compute @workgroup_size(1) fn add() { atomicAdd(&moments[0], particles[0]); }";
         let module = Module::new("test", text, "").expect("valid");
         let clear = module.bindings("clear");
         assert_eq!(clear.len(), 1);

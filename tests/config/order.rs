@@ -50,7 +50,7 @@ fn who_spoils_a_buffer_is_named() {
     let stale = found.iter().find(|l| l.contains("`rotate` reads `moments`, which is out of date"));
     let stale = stale.unwrap_or_else(|| panic!("{found:#?}"));
     assert!(stale.starts_with("f.toml:40:8: error:"), "{stale}");
-    assert!(stale.contains("`stream` has changed `positions`"), "{stale}");
+    assert!(stale.contains("`stream` has changed `particles`"), "{stale}");
     assert!(stale.contains("move `stream` above `cell-reduce`, or below `rotate`"), "{stale}");
 }
 
