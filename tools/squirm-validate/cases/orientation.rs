@@ -51,7 +51,7 @@ fn measure(rig: &Rig) -> Result<Outcome, Trouble> {
     let theory = periodic(system);
     let mut session = rig.session(&planned, &rig.start(&planned)?)?;
     advance(&mut session, rig.pick(300, 2000))?;
-    let tracks = Tracks::follow(&mut session, rig.pick(4000, 650_000), 20)?;
+    let tracks = Tracks::follow(&mut session, rig.pick(6000, 650_000), 20)?;
     let setup = format!("prolate 1.5 x 3, {count} in {edge}^3, h = {}", system.run.dt);
     let owed = theory.missing_rotation(SHORT);
     let found = blocked(&tracks.growth(SHORT).tumble);

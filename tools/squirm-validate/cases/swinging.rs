@@ -19,7 +19,7 @@ pub const CASE: Case = Case {
             swings but is sqrt(U a) from the two regressions dy = U e_y dt and de_y = a [y e_x (1 - Gamma + 2 Gamma \
             e_y^2)/(1 - Gamma)] dt over short times, which noise does not bias and which hold at any angle; readings nearer to a wall than \
             0.35 H are left out. U and a, in units of U0 and u_max (1 - Gamma)/H^2, are reported as well. Eight swimmers, 20 a apart, \
-            start in the middle at psi = +-0.4, twice (quick: once); errors by jackknife over stretches of half a swing. The theory knows no \
+            start in the middle at psi = +-0.4, twice; errors by jackknife over stretches of half a swing. The theory knows no \
             walls, and the viscosity in u_max = gamma g H^2/(2 eta) is the measured one. Reynolds number 0.37, Peclet number 220. \
             The quick part is a narrow channel with strong slip and tells little more than the sign.",
     remarks: "",
@@ -182,7 +182,7 @@ fn swim(rig: &Rig, planned: &Planned, theory: &Theory) -> Result<Vec<Vec<Reading
     let mut session = rig.session(planned, &start)?;
     let every = interval(theory, planned.system.run.dt);
     let mut paths = Vec::new();
-    for _ in 0..rig.pick(1, 2) {
+    for _ in 0..2 {
         // The random numbers depend on the step: the same start goes another way each time.
         put_back(&session, &start);
         let mut now: Vec<Vec<Reading>> = vec![Vec::new(); start.squirmers.len()];
