@@ -1,51 +1,19 @@
 //! Messages that somebody made up: whatever the numbers in header and column table are, reading ends with values or an error.
 
+#[path = "rig/messages.rs"]
+mod messages;
+
 use iceoryx2::prelude::{NodeBuilder, PortFactory as _, SignalHandlingMode, ipc};
+use messages::honest;
 use proptest::prelude::*;
 use squirm::analyze::{Limits, Live, Source};
 use squirm::wire::domain::{self, Block};
-use squirm::wire::{Column, Fields, Header, Kind, Particles, Scalars, Snapshot, SpeciesRow, Squirmers, Stamp, Status};
+use squirm::wire::{Column, Fields, Header, Kind, Particles, Scalars, Snapshot, Squirmers, Status};
 use std::ops::ControlFlow;
 use std::time::Duration;
 
 const HEAD: usize = size_of::<Header>();
 const ENTRY: usize = size_of::<Column>();
-
-/// An honest message of each kind.
-fn honest(kind: Kind) -> Vec<u8> {
-    let stamp = Stamp { box_size: [8.0; 3], ..Stamp::default() };
-    let vectors = || vec![[1.0f32; 3]; 2];
-    match kind {
-        Kind::Squirmers => Squirmers {
-            id: vec![0, 1],
-            species: vec![0, 0],
-            position: vectors(),
-            unwrapped: vec![[1.0; 3]; 2],
-            axis: vectors(),
-            orientation: vec![[0.0; 4]; 2],
-            velocity: vectors(),
-            angular_velocity: vectors(),
-            force: vectors(),
-            torque: vectors(),
-            table: vec![SpeciesRow { name: "a".into(), ..SpeciesRow::default() }],
-        }
-        .encode(&stamp),
-        Kind::Scalars => {
-            let mut scalars = Scalars::default();
-            scalars.push("temperature", "kT", 1.0);
-            scalars.encode(&stamp)
-        }
-        Kind::Fields => {
-            let fields = Fields { block: 2, blocks: [1, 1, 2], density: vec![5.0; 2], velocity: vectors() };
-            fields.encode(&stamp)
-        }
-        Kind::Particles => {
-            let particles = Particles { position: vectors(), velocity: vectors(), ..Particles::default() };
-            particles.encode(&stamp)
-        }
-        Kind::Status => Status { stages: vec![("stream".into(), 1.0)], ..Status::default() }.encode(&stamp),
-    }
-}
 
 /// Makes the checksum right, so that the checks behind it are reached; says where the table lies, if inside the message.
 fn seal(bytes: &mut [u8]) {

@@ -1,46 +1,14 @@
 //! Any bytes as a snapshot, or as changes to one, with and without a right checksum: parsing and decoding end with values or an error.
 #![no_main]
 
+#[path = "../../tests/rig/messages.rs"]
+mod messages;
+
 use libfuzzer_sys::fuzz_target;
-use squirm::wire::{
-    Column, Fields, Header, Kind, MAGIC, Particles, Scalars, Snapshot, SpeciesRow, Squirmers, Stamp, Status, VERSION,
-};
+use messages::honest;
+use squirm::wire::{Column, Fields, Header, Kind, MAGIC, Particles, Scalars, Snapshot, Squirmers, Status, VERSION};
 
 const HEAD: usize = size_of::<Header>();
-
-/// An honest message of each kind.
-fn honest(kind: Kind) -> Vec<u8> {
-    let stamp = Stamp { box_size: [8.0; 3], ..Stamp::default() };
-    let vectors = || vec![[1.0f32; 3]; 2];
-    match kind {
-        Kind::Squirmers => Squirmers {
-            id: vec![0, 1],
-            species: vec![0, 0],
-            position: vectors(),
-            unwrapped: vec![[1.0; 3]; 2],
-            axis: vectors(),
-            orientation: vec![[0.0; 4]; 2],
-            velocity: vectors(),
-            angular_velocity: vectors(),
-            force: vectors(),
-            torque: vectors(),
-            table: vec![SpeciesRow { name: "a".into(), ..SpeciesRow::default() }],
-        }
-        .encode(&stamp),
-        Kind::Scalars => {
-            let mut scalars = Scalars::default();
-            scalars.push("temperature", "kT", 1.0);
-            scalars.encode(&stamp)
-        }
-        Kind::Fields => {
-            Fields { block: 2, blocks: [1, 1, 2], density: vec![5.0; 2], velocity: vectors() }.encode(&stamp)
-        }
-        Kind::Particles => {
-            Particles { position: vectors(), velocity: vectors(), ..Particles::default() }.encode(&stamp)
-        }
-        Kind::Status => Status { stages: vec![("stream".into(), 1.0)], ..Status::default() }.encode(&stamp),
-    }
-}
 
 fn read(bytes: &[u8]) {
     let Ok(snapshot) = Snapshot::parse(bytes) else { return };

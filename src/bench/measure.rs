@@ -292,7 +292,7 @@ fn memory(session: &Session) -> Memory {
         session.buffers().filter(there).map(|(_, bytes)| bytes).sum()
     };
     let particles = bytes_over(&[Extent::Particles, Extent::Links]);
-    let cells = bytes_over(&[Extent::Cells, Extent::Blocks, Extent::Scans]);
+    let cells = bytes_over(&[Extent::Cells, Extent::Pairs, Extent::Blocks, Extent::Scans]);
     let bytes = session.memory();
     let count: f64 = session.system().domain.volume();
     Memory {

@@ -2,8 +2,8 @@
 
 mod analyzers;
 mod errors;
-mod mutated;
 mod order;
+mod overrides;
 mod resolved;
 mod shipped;
 mod start;

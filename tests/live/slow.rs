@@ -23,16 +23,22 @@ fn recorded(folder: &std::path::Path) -> u64 {
     steps.len() as u64
 }
 
+/// A `squirm tap` that has attached to the scalars of a run.
+fn tapped(folder: &std::path::Path, name: &str, more: &[&str]) -> Process {
+    let tap = Process::start(folder, &[&["tap", name, "scalars"], more].concat());
+    super::wait_until("nobody taps", || {
+        let row = super::listed(folder, name)?;
+        (row["subscribers"]["scalars"] == 1).then_some(())
+    });
+    tap
+}
+
 #[test]
 fn abort_ends_the_run_with_a_complete_recording() {
     let (folder, name) = prepared("abort", &output("abort"));
     let run = Process::run(folder.path(), &name, "out");
     wait_for(folder.path(), &name);
-    let tap = Process::start(folder.path(), &["tap", &name, "scalars"]);
-    super::wait_until("nobody taps", || {
-        let row = super::listed(folder.path(), &name)?;
-        (row["subscribers"]["scalars"] == 1).then_some(())
-    });
+    let tap = tapped(folder.path(), &name, &[]);
     tap.signal("-STOP");
     let (code, _, said) = run.end();
     assert!(code == Some(1) && said.contains("a reader of scalars took no snapshot for 0.5 s"), "{said}");
@@ -44,11 +50,7 @@ fn block_goes_on_without_a_stopped_reader_and_loses_nothing_of_the_recording() {
     let (folder, name) = prepared("block", &output("block"));
     let run = Process::run(folder.path(), &name, "out");
     wait_for(folder.path(), &name);
-    let tap = Process::start(folder.path(), &["tap", &name, "scalars"]);
-    super::wait_until("nobody taps", || {
-        let row = super::listed(folder.path(), &name)?;
-        (row["subscribers"]["scalars"] == 1).then_some(())
-    });
+    let tap = tapped(folder.path(), &name, &[]);
     tap.signal("-STOP");
     let stopped_at = wait_for(folder.path(), &name)["step"].as_u64().expect("a number");
     super::wait_until("the run hangs on a stopped reader", || {
@@ -67,11 +69,7 @@ fn a_reader_that_was_stopped_goes_on_and_sees_the_gap() {
     let (folder, name) = prepared("goes-on", &output("drop"));
     let run = Process::run(folder.path(), &name, "out");
     wait_for(folder.path(), &name);
-    let tap = Process::start(folder.path(), &["tap", &name, "scalars", "--json", "--count", "50"]);
-    super::wait_until("nobody taps", || {
-        let row = super::listed(folder.path(), &name)?;
-        (row["subscribers"]["scalars"] == 1).then_some(())
-    });
+    let tap = tapped(folder.path(), &name, &["--json", "--count", "50"]);
     for _ in 0..3 {
         tap.signal("-STOP");
         std::thread::sleep(std::time::Duration::from_millis(200));
@@ -91,11 +89,7 @@ fn a_tap_ends_at_ctrl_c_also_while_nothing_comes() {
     let (folder, name) = prepared("silent", rare);
     let run = Process::run(folder.path(), &name, "out");
     wait_for(folder.path(), &name);
-    let tap = Process::start(folder.path(), &["tap", &name, "scalars"]);
-    super::wait_until("nobody taps", || {
-        let row = super::listed(folder.path(), &name)?;
-        (row["subscribers"]["scalars"] == 1).then_some(())
-    });
+    let tap = tapped(folder.path(), &name, &[]);
     std::thread::sleep(std::time::Duration::from_millis(300));
     tap.signal("-INT");
     let (code, _, said) = tap.end();

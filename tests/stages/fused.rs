@@ -54,12 +54,13 @@ fn both_forms_of_a_plan_leave_the_same_bits() {
             ("restore-thermostat", "angular_momentum", Value::Boolean(spin)),
         ]
     };
-    let cases: [(&System, &State, &[&str], Vec<Change>); 6] = [
+    let cases: [(&System, &State, &[&str], Vec<Change>); 7] = [
         (&gas_box, &fluid, rig::BULK, mode("energy", true)),
         (&gas_box, &fluid, rig::BULK, mode("thermostat", false)),
         (&gas_box, &fluid, &["stream", "shift-grid", "cell-reduce", "rotate", "apply"], Vec::new()),
         (&slit, &squirmers, rig::EVERYTHING, Vec::new()),
         (&slit, &squirmers, rig::EVERYTHING, continued().to_vec()),
+        (&slit, &squirmers, rig::EVERYTHING, mode("thermostat", false)),
         (&slit, &squirmers, rig::EVERYTHING, vec![("rotate", "grip", Value::Float(1.22))]),
     ];
     for (system, start, kinds, changes) in cases {
