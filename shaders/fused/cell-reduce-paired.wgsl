@@ -17,7 +17,8 @@
 @group(0) @binding(6) var<storage, read_write> faults: array<atomic<u32>>;
 var<immediate> now: Now;
 
-// Of each cell: count and v_x | v_y and v_z | if asked for, coarse and fine |v|^2; the former in the low half.
+// Of each cell: count and v_x | v_y and v_z | if asked for, coarse and fine |v|^2 | not used, so that they fill 32 bytes, which memory moves
+// at a time. The former of two is in the low half.
 const PAIRS: u32 = 4u;
 
 // A number with another in its high half, which lends to the low one if that is negative.
