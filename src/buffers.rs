@@ -1,8 +1,10 @@
 //! The catalogue of buffers: every name that a shader may bind, what it holds, how long it lives and how large it is.
 
 mod fault;
+mod sizes;
 
 pub use fault::{Fault, Site};
+pub use sizes::{Gathering, Sizes};
 
 use crate::shared;
 
@@ -70,8 +72,14 @@ pub enum Extent {
     Scans,
     /// Links of chains: one for each particle or ghost, whichever are more.
     Links,
-    /// Cells whose sums particles add to in pairs.
-    Pairs,
+    /// Fluid particles that wait for a kernel of their own: room for all, though they are few.
+    Waiting,
+    /// Bricks of 4 x 4 x 4 cells, where particles lie brick by brick.
+    Bricks,
+    /// Room for particles in all bricks.
+    Rooms,
+    /// Cells of the bricks whose sums wall ghosts need: three layers of bricks, of which some may be the same.
+    WallBrickCells,
     /// Blocks over which a snapshot averages its fields.
     Coarse,
     /// Fluid particles that a snapshot takes.
@@ -171,10 +179,10 @@ shared! {
         inverse_second: f32,
         /// 1 / scale_mixed.
         inverse_mixed: f32,
+        /// Particles that a brick of 4 x 4 x 4 cells has room for.
+        room: u32,
         /// Not used.
-        pad0: u32,
-        /// Not used.
-        pad1: u32,
+        pad: u32,
     }
 }
 
@@ -273,7 +281,8 @@ const fn buffer(name: &'static str, life: Life, extent: Extent, words: usize, do
 }
 
 use Extent::{
-    Binned, Bins, Blocks, Cells, Coarse, Links, One, Pairs, Particles, Samples, Species, Squirmers, WallPatches,
+    Binned, Bins, Blocks, Bricks, Cells, Coarse, Links, One, Particles, Rooms, Samples, Species, Squirmers, Waiting,
+    WallPatches,
 };
 impl Now {
     /// What a kernel is told of a step and of the repetition of its stage.
@@ -397,13 +406,30 @@ pub const CATALOGUE: &[Buffer] = &[
         1,
         "the particle, then ghost, before each in the chain of its cell, counted from 1",
     ),
+    buffer("held", Scratch, Waiting, 1, "numbers of the particles that wait for a kernel of their own"),
     buffer(
-        "pairs",
+        "held_groups",
         Scratch,
-        Pairs,
+        One,
         8,
-        "sums over each cell in pairs of 32 bits: count and v_x, v_y and v_z, coarse and fine |v|^2; zero after their use",
+        "of even steps, then of odd ones: workgroups along x, y and z for the particles that wait, and their number",
     ),
+    buffer("bricks_xy", Scratch, Rooms, 2, "x and y of the particles, brick by brick"),
+    buffer("bricks_zu", Scratch, Rooms, 2, "z and v_x of the particles, brick by brick"),
+    buffer("bricks_vw", Scratch, Rooms, 2, "v_y and v_z of the particles, brick by brick"),
+    buffer("brick_counts", Scratch, Bricks, 1, "particles in each brick"),
+    buffer(
+        "brick_ghosts",
+        Scratch,
+        Bricks,
+        1,
+        "ghosts at the end of each brick's room; zero after the sums over its cells",
+    ),
+    buffer("bricks_xy_next", Scratch, Rooms, 2, "x and y once all have moved; the two change places in every step"),
+    buffer("bricks_zu_next", Scratch, Rooms, 2, "z and v_x once all have moved"),
+    buffer("bricks_vw_next", Scratch, Rooms, 2, "v_y and v_z once all have moved"),
+    buffer("brick_counts_next", Scratch, Bricks, 1, "particles in each brick once all have moved, else zero"),
+    buffer("brick_total", Scratch, One, 1, "particles that are back in one row"),
     buffer("places", Scratch, Cells, 1, "sorting: particles per cell, then the place of the next"),
     buffer("block_sums", Scratch, Blocks, 1, "sorting: particles per block of cells, then the place of its first"),
     buffer("particles_sorted", Scratch, Particles, 4, "positions and v_x in their new order"),
@@ -417,72 +443,4 @@ pub const CATALOGUE: &[Buffer] = &[
 #[must_use]
 pub fn find(name: &str) -> Option<&'static Buffer> {
     CATALOGUE.iter().find(|b| b.name == name)
-}
-
-/// How many elements each extent has in one run.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Sizes {
-    /// Fluid particles.
-    pub particles: u64,
-    /// Collision cells.
-    pub cells: u64,
-    /// Cells in the two layers at the walls; 0 without walls.
-    pub wall_cells: u64,
-    /// Smallest patches of the two walls; 0 without walls.
-    pub wall_patches: u64,
-    /// Squirmers.
-    pub squirmers: u64,
-    /// Species.
-    pub species: u64,
-    /// Largest number of ghosts in one squirmer, rounded up to a multiple of 64.
-    pub ghost_stride: u64,
-    /// Cells along the edge of the largest box around a squirmer.
-    pub box_edge: u64,
-    /// Bins of the pair search; 0 where squirmers are few.
-    pub bins: u64,
-    /// Cells whose sums particles add to in pairs, two with one addition of 64 bits: all or none.
-    pub pairs: u64,
-    /// Blocks of a snapshot's fields.
-    pub coarse: u64,
-    /// Fluid particles that a snapshot takes.
-    pub samples: u64,
-}
-
-impl Sizes {
-    /// Elements of an extent.
-    #[must_use]
-    pub fn count(&self, extent: Extent) -> u64 {
-        match extent {
-            Extent::One => 1,
-            Extent::Particles => self.particles,
-            Extent::Cells => self.cells,
-            Extent::WallCells => self.wall_cells,
-            Extent::WallPatches => self.wall_patches,
-            Extent::Squirmers => self.squirmers,
-            Extent::Species => self.species,
-            Extent::SquirmerGhosts => self.squirmers * self.ghost_stride,
-            Extent::SquirmerColumns => self.squirmers * self.box_edge.pow(2),
-            Extent::SquirmerParts => self.squirmers * Self::parts(self.squirmers),
-            Extent::Bins => self.bins,
-            Extent::Binned => self.squirmers * self.bins.min(1),
-            Extent::Blocks => self.cells.div_ceil(1024),
-            Extent::Scans => self.cells.div_ceil(1024) * 64,
-            Extent::Links => self.particles.max(self.squirmers * self.ghost_stride),
-            Extent::Pairs => self.pairs,
-            Extent::Coarse => self.coarse,
-            Extent::Samples => self.samples,
-        }
-    }
-
-    /// Invocations that share the search for a squirmer's partners: one for each of few squirmers, and two at least, one per wall.
-    #[must_use]
-    pub fn parts(squirmers: u64) -> u64 {
-        squirmers.next_power_of_two().clamp(2, 64)
-    }
-
-    /// Bytes of a buffer; at least 16, since an empty binding is not allowed.
-    #[must_use]
-    pub fn bytes(&self, buffer: &Buffer) -> u64 {
-        (self.count(buffer.extent) * buffer.words as u64 * 4).max(16)
-    }
 }

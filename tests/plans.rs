@@ -1,5 +1,6 @@
 //! Every shipped pipeline file ends in the same bits whether its stages share kernels or not.
 
+use squirm::buffers::Gathering;
 use squirm::gpu::{Form, Gpu, Session};
 use std::path::{Path, PathBuf};
 
@@ -59,6 +60,11 @@ fn shipped_pipelines_end_in_the_same_bits() {
         let density = plan.system.fluid.density * if thinner { share } else { 1.0 };
         let sets = [format!("fluid.density={density:?}")];
         let loose = left(&gpu, &path, &sets, Form::Loose);
+        let same = |gathering, sets: &[String]| {
+            let mut other = gpu.clone();
+            other.gathering = Some(gathering);
+            assert!(loose == left(&other, &path, sets, Form::Fused), "{} {sets:?} {gathering:?}", path.display());
+        };
         for every in [1, 3, 1000] {
             let mut sets = sets.to_vec();
             if plan.stages.iter().any(|s| s.entry.kind == "sort-reorder") {
@@ -66,7 +72,8 @@ fn shipped_pipelines_end_in_the_same_bits() {
             } else if every > 1 {
                 continue;
             }
-            assert!(loose == left(&gpu, &path, &sets, Form::Fused), "{} {sets:?}", path.display());
+            same(Gathering::Chains, &sets);
         }
+        same(Gathering::Bricks, &sets);
     }
 }

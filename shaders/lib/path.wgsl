@@ -1,7 +1,7 @@
 // The ballistic path of a particle between plane walls. Time may run backwards: both wall conditions are their own inverse.
 // The including file binds `system`.
+//!include walls
 // What a run has none of, its kernels leave out.
-override WALLS: bool = true;
 override FORCE: bool = true;
 
 struct Path {

@@ -229,14 +229,22 @@ fn inside_any(p: Path) -> bool {
     return false;
 }
 
-fn bounced(k: u32, flown: Particle) -> Particle {
+// Where its flight began.
+fn beginning(flown: Particle) -> Path {
     let kick = system.acceleration * (0.5 * system.dt);
-    let end = Path(flown.position, flown.velocity - kick, vec3<f32>(0.0), vec3<f32>(0.0));
-    let begin = fly(end, -system.dt);
-    if neighbours(cell_of(end.position)) == 0u && neighbours(cell_of(begin.position)) == 0u {
+    return fly(Path(flown.position, flown.velocity - kick, vec3<f32>(0.0), vec3<f32>(0.0)), -system.dt);
+}
+
+// Whether a squirmer is near the end of its flight or the beginning.
+fn may_bounce(flown: Particle) -> bool {
+    return neighbours(cell_of(flown.position)) != 0u || neighbours(cell_of(beginning(flown).position)) != 0u;
+}
+
+fn bounced(k: u32, flown: Particle) -> Particle {
+    if !may_bounce(flown) {
         return flown;
     }
-    let p = follow(begin, k);
+    let p = follow(beginning(flown), k);
     if !p.met {
         return flown;
     }

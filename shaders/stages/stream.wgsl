@@ -21,6 +21,18 @@ fn streamed(i: u32, before: Particle) -> Particle {
     return Particle(p.position, kicked(p.velocity, p.position));
 }
 
+// Whether its flight ends behind a wall.
+fn meets_wall(before: Particle) -> bool {
+    return wall_share(before.position.y, kicked(before.velocity, before.position).y * system.dt) <= 1.0;
+}
+
+// The flight of one that meets none.
+fn flown(i: u32, before: Particle) -> Particle {
+    let v = kicked(before.velocity, before.position);
+    let position = before.position + to_units(v * system.dt);
+    return Particle(position, kicked(v, position));
+}
+
 @compute @workgroup_size(WORKGROUP)
 fn stream(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
     let i = invocation(group, groups, lane);

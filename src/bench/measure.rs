@@ -291,8 +291,8 @@ fn memory(session: &Session) -> Memory {
         let there = |(name, _): &(&str, u64)| find(name).is_some_and(|b| extents.contains(&b.extent));
         session.buffers().filter(there).map(|(_, bytes)| bytes).sum()
     };
-    let particles = bytes_over(&[Extent::Particles, Extent::Links]);
-    let cells = bytes_over(&[Extent::Cells, Extent::Pairs, Extent::Blocks, Extent::Scans]);
+    let particles = bytes_over(&[Extent::Particles, Extent::Links, Extent::Waiting, Extent::Rooms]);
+    let cells = bytes_over(&[Extent::Cells, Extent::Bricks, Extent::Blocks, Extent::Scans]);
     let bytes = session.memory();
     let count: f64 = session.system().domain.volume();
     Memory {

@@ -20,12 +20,23 @@ pub enum Fault {
     Stuck = 64,
     /// A velocity is not a number.
     Nan = 128,
+    /// More particles are in a brick of 4 x 4 x 4 cells than it has room for.
+    Room = 256,
 }
 
 impl Fault {
     /// Every fault.
-    pub const ALL: &'static [Self] =
-        &[Self::Speed, Self::Count, Self::Energy, Self::Steric, Self::Impulse, Self::Crowded, Self::Stuck, Self::Nan];
+    pub const ALL: &'static [Self] = &[
+        Self::Speed,
+        Self::Count,
+        Self::Energy,
+        Self::Steric,
+        Self::Impulse,
+        Self::Crowded,
+        Self::Stuck,
+        Self::Nan,
+        Self::Room,
+    ];
 }
 
 /// Where in a step a fault was seen: word 1 of `faults`.

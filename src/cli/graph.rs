@@ -25,7 +25,7 @@ pub fn graph(file: &Path, format: Format, form: super::Form, overrides: &[String
     render::all(&loaded.warnings, &loaded.sources);
     let plan = &loaded.plan;
     if form == super::Form::Fused {
-        let sizes = fused::sizes(plan, plan.system.particle_count(), true);
+        let sizes = fused::sizes(plan, plan.system.particle_count(), None);
         let stages = fused::stages(plan, false);
         return match fused::items(&stages, fused::Occasion::Next, &sizes) {
             Ok(items) => print(&draw::fused(&items, &stages, &sizes)),

@@ -85,7 +85,7 @@ pub fn meaning(loaded: &Loaded) -> Meaning {
     let system = &plan.system;
     let transport = rule(plan).map(|rule| rule.transport());
     // As on a GPU.
-    let elements = graph::fused::sizes(plan, *particles, true);
+    let elements = graph::fused::sizes(plan, *particles, None);
     let bound = graph::fused::bound(plan, &elements).unwrap_or_default();
     let buffers = memory(bound.iter().map(String::as_str), &elements);
     let carried = buffers.iter().filter(|(buffer, _)| buffer.life == Life::Persistent).map(|(_, bytes)| bytes);

@@ -4,7 +4,7 @@ use crate::buffers::{Extent, Sizes};
 
 /// What a step costs on one H100 80GB, in nanoseconds per element (docs/performance.md); within a third of what was measured.
 const PACE: [(Extent, f64); 4] =
-    [(Extent::One, 20_000.0), (Extent::Particles, 0.056), (Extent::WallCells, 1.0), (Extent::SquirmerGhosts, 0.33)];
+    [(Extent::One, 20_000.0), (Extent::Particles, 0.046), (Extent::WallCells, 1.0), (Extent::SquirmerGhosts, 0.33)];
 
 /// What the kernels of squirmers take besides, however few there are, in nanoseconds: in all, and per particle.
 const SQUIRMERS: [f64; 2] = [80_000.0, 0.012];
@@ -40,12 +40,12 @@ mod tests {
         let with = |sizes, squirmers| Sizes { squirmers, ghost_stride: 2496, ..sizes };
         // One H100 80GB, microseconds per step: energy, slit, slit-800, channel-100, small, crowd-3700 of `squirm bench`.
         for (sizes, measured) in [
-            (fluid(10_000_000, 0), 564.0),
-            (fluid(54_000_000, 180_000), 3533.0),
-            (with(fluid(4_300_000, 180_000), 800), 1192.0),
-            (with(fluid(10_550_000, 36_000), 100), 1020.0),
-            (Sizes { ghost_stride: 832, ..with(fluid(101_000, 2000), 10) }, 125.0),
-            (Sizes { ghost_stride: 768, ..with(fluid(22_300_000, 0), 3700) }, 2716.0),
+            (fluid(10_000_000, 0), 454.0),
+            (fluid(54_000_000, 180_000), 3080.0),
+            (with(fluid(4_300_000, 180_000), 800), 1161.0),
+            (with(fluid(10_550_000, 36_000), 100), 905.0),
+            (Sizes { ghost_stride: 832, ..with(fluid(101_000, 2000), 10) }, 133.0),
+            (Sizes { ghost_stride: 768, ..with(fluid(22_300_000, 0), 3700) }, 2193.0),
         ] {
             let ratio = 1e6 * step(&sizes) / measured;
             assert!(ratio > 0.67 && ratio < 1.5, "{measured} us: {ratio}");

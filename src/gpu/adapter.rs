@@ -1,6 +1,7 @@
 //! Adapters: what this machine has, which one a run uses, and opening it.
 
 use super::GpuError;
+use crate::buffers::Gathering;
 use crate::shader::Lanes;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
@@ -31,8 +32,8 @@ pub struct Gpu {
     pub summary: AdapterSummary,
     /// How many invocations share the sums over one cell in the fused plan.
     pub lanes: Lanes,
-    /// Whether particles add to the sums over cells in pairs, with 64-bit atomics, where the fused plan can do with few sums.
-    pub pairs: bool,
+    /// How the fused plan makes the sums over cells, where the plan is fit for it; `None`: as suits a GPU.
+    pub gathering: Option<Gathering>,
     pub(super) device: wgpu::Device,
     pub(super) queue: wgpu::Queue,
     pub(super) timestamps: bool,
@@ -53,9 +54,6 @@ const NEEDED: wgpu::Features = wgpu::Features::IMMEDIATES;
 /// What neighbouring invocations need to add up their sums.
 const SHARING: wgpu::Features = wgpu::Features::SUBGROUP;
 
-/// What kernels need to add two sums at a time.
-const PAIRS: wgpu::Features = wgpu::Features::SHADER_INT64.union(wgpu::Features::SHADER_INT64_ATOMIC_ALL_OPS);
-
 /// What the invocations of a workgroup need to read what the others wrote; without it they have what the barrier gives.
 const COHERENT: wgpu::Features = wgpu::Features::MEMORY_DECORATION_COHERENT;
 
@@ -65,6 +63,8 @@ fn timing_features() -> wgpu::Features {
 
 fn enumerate() -> Vec<wgpu::Adapter> {
     let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
+    // Kernels count their workgroups themselves, and not beyond what a dispatch may have.
+    descriptor.flags.remove(wgpu::InstanceFlags::VALIDATION_INDIRECT_CALL);
     descriptor.backends = wgpu::Backends::VULKAN | wgpu::Backends::METAL | wgpu::Backends::DX12;
     let instance = wgpu::Instance::new(descriptor);
     pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all()))
@@ -127,8 +127,7 @@ impl Gpu {
         let timestamps = adapter.features().contains(timing_features());
         let shares = adapter.features().contains(SHARING) && adapter.get_info().subgroup_min_size >= 4;
         let coherent = adapter.features().contains(COHERENT);
-        let pairs = adapter.features().contains(PAIRS);
-        let optional = [(timestamps, timing_features()), (shares, SHARING), (coherent, COHERENT), (pairs, PAIRS)];
+        let optional = [(timestamps, timing_features()), (shares, SHARING), (coherent, COHERENT)];
         let required_features =
             optional.iter().filter(|(there, _)| *there).fold(NEEDED, |all, (_, feature)| all | *feature);
         let descriptor = wgpu::DeviceDescriptor {
@@ -149,10 +148,12 @@ impl Gpu {
         device.set_device_lost_callback(move |reason, message| {
             record(&note, |f| &mut f.lost, format!("device lost ({reason:?}): {message}"));
         });
-        // Atomics are slow on a CPU.
-        let pairs = pairs && chosen.kind != "CPU";
-        let mut gpu = Self { summary: chosen, lanes: Lanes::One, pairs, device, queue, timestamps, coherent, failure };
-        if shares && gpu.summary.kind != "CPU" && gpu.subgroups_are_neighbours() {
+        // Atomics and barriers are slow on a CPU.
+        let cpu = chosen.kind == "CPU";
+        let gathering = cpu.then_some(Gathering::Chains);
+        let lanes = Lanes::One;
+        let mut gpu = Self { summary: chosen, lanes, gathering, device, queue, timestamps, coherent, failure };
+        if shares && !cpu && gpu.subgroups_are_neighbours() {
             gpu.lanes = Lanes::Four;
         }
         Ok(gpu)

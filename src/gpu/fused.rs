@@ -3,9 +3,9 @@
 use super::kernel::{Buffers, Kernel, compile, groups, settings};
 use super::{Gpu, GpuError};
 use crate::buffers::{Now, Sizes};
-use crate::graph::fused::{Item, Occasion, items, joint};
+use crate::graph::fused::{Item, Occasion, bricks, items, joint, sifted};
 use crate::graph::{Plan, constants, small};
-use crate::shader::{Lanes, Module, settings_name};
+use crate::shader::{Lanes, Module, Over, settings_name};
 use crate::stages::Entry;
 use std::collections::HashMap;
 
@@ -21,6 +21,8 @@ pub(super) struct Fused {
     every: Vec<u64>,
     made: Vec<Made>,
     orders: HashMap<(Occasion, u64), Vec<usize>>,
+    /// Workgroups for particles that wait.
+    held_groups: Option<wgpu::Buffer>,
 }
 
 /// What the orders of a plan dispatch, each once, with the modules that they come from.
@@ -67,6 +69,9 @@ impl Ordered {
         }
         let module = match &item {
             Item::Joint(members) => joint(members, stages)?,
+            Item::Sifted(members) => sifted(members, Over::Sifted, stages)?,
+            Item::Held(members) => sifted(members, Over::Held, stages)?,
+            Item::Bricks(members, route) => bricks(members, *route, stages)?,
             Item::Alone(m) => stages[m.stage].0.fused_module(m.wgsl, item.lanes(self.lanes, sizes))?,
             Item::Small(members) => small::module(members, stages, sizes)?,
         };
@@ -95,7 +100,7 @@ impl Fused {
                 let name = if name == "settings" { own.as_str() } else { name };
                 uniforms.iter().find(|(n, _)| n == name).map(|(_, b)| b.clone()).expect("every stage has its uniform")
             };
-            let over = members[0].phase.over;
+            let over = item.over();
             let groups = match item {
                 Item::Small(_) => [1, 1],
                 _ => groups(sizes.count(over) * item.lanes(ordered.lanes, sizes).count(), over),
@@ -105,7 +110,12 @@ impl Fused {
             let kernel = Kernel::new(gpu, &compiled, &module, (point, groups), (buffers, &find), &constants)?;
             made.push(Made { item, kernel, label });
         }
-        Ok(Self { every: ordered.every, made, orders: ordered.orders })
+        let held_groups = buffers.get("held_groups").cloned();
+        if let Some(groups) = &held_groups {
+            // Both lists are empty, and one workgroup deep.
+            gpu.queue.write_buffer(groups, 0, bytemuck::cast_slice(&[0u32, 1, 1, 0, 0, 1, 1, 0]));
+        }
+        Ok(Self { every: ordered.every, made, orders: ordered.orders, held_groups })
     }
 
     fn order(&self, occasion: Occasion, step: u64) -> &[usize] {
@@ -113,20 +123,27 @@ impl Fused {
         &self.orders[&(occasion, self.every.iter().enumerate().map(runs).sum())]
     }
 
-    /// The kernels of a step on an occasion; `stamp` is called before it and after each of [`Fused::labels`].
+    /// The kernels of a step on an occasion, the `since`th since the particles left their row; `stamp` is called before it and after each
+    /// of [`Fused::labels`].
     pub(super) fn encode(
         &self,
         pass: &mut wgpu::ComputePass<'_>,
-        (occasion, step): (Occasion, u64),
+        (occasion, step, since): (Occasion, u64, u64),
         stamp: &mut dyn FnMut(&mut wgpu::ComputePass<'_>),
     ) {
         stamp(pass);
+        let mut side = since % 2 == 1;
         for k in self.order(occasion, step) {
             let made = &self.made[*k];
             let members = made.item.members();
             let member = members.iter().find(|m| m.now).unwrap_or(&members[0]);
-            let now = if member.late { step - 1 } else { step };
-            made.kernel.dispatch(pass, Now::at(now, member.repetition));
+            let lists = matches!(made.item, Item::Sifted(_) | Item::Held(_));
+            let now = Now::at(if member.late && !lists { step - 1 } else { step }, member.repetition);
+            match (&made.item, &self.held_groups) {
+                (Item::Held(_), Some(groups)) => made.kernel.dispatch_as_told(pass, now, (groups, 16 * (step % 2))),
+                _ => made.kernel.dispatch(pass, now, side),
+            }
+            side ^= made.item.turns();
             stamp(pass);
         }
     }

@@ -18,7 +18,7 @@ pub(super) fn storage(gpu: &Gpu, name: &str, bytes: u64, uniform: bool) -> wgpu:
     gpu.device.create_buffer(&wgpu::BufferDescriptor {
         label: Some(name),
         size: bytes,
-        usage: kind | wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC,
+        usage: kind | wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::INDIRECT,
         mapped_at_creation: false,
     })
 }
@@ -44,7 +44,8 @@ pub(super) fn compile(gpu: &Gpu, label: &str, module: &Module) -> wgpu::ShaderMo
 
 pub(super) struct Kernel {
     pipeline: wgpu::ComputePipeline,
-    bind_group: wgpu::BindGroup,
+    /// As it is, and where what comes next has changed places with what is.
+    bind_groups: [wgpu::BindGroup; 2],
     groups: [u32; 2],
 }
 
@@ -55,6 +56,11 @@ pub(super) fn groups(count: u64, over: Extent) -> [u32; 2] {
     let y = if x == 0 { 0 } else { needed.div_ceil(x) };
     let small = |n: u64| u32::try_from(n).expect("a dispatch dimension fits in 32 bits");
     [small(x), small(y)]
+}
+
+/// The buffer that changes places with this one: `NAME_next` with `NAME`.
+fn other_side(name: &str) -> String {
+    name.strip_suffix("_next").map_or_else(|| format!("{name}_next"), str::to_owned)
 }
 
 fn layout_entry(binding: &Binding) -> wgpu::BindGroupLayoutEntry {
@@ -101,34 +107,56 @@ impl Kernel {
             compilation_options: wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() },
             cache: None,
         });
-        let found: Vec<wgpu::Buffer> = bindings
-            .iter()
-            .map(|b| if b.name.starts_with("settings") { settings(&b.name) } else { buffers[b.name.as_str()].clone() })
-            .collect();
-        let bound: Vec<_> = bindings
-            .iter()
-            .zip(&found)
-            .map(|(b, buffer)| wgpu::BindGroupEntry { binding: b.binding, resource: buffer.as_entire_binding() })
-            .collect();
-        let bind_group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some(entry_point),
-            layout: &layout,
-            entries: &bound,
-        });
+        let bind_group = |turned: bool| {
+            let buffer = |b: &Binding| {
+                if b.name.starts_with("settings") {
+                    return settings(&b.name);
+                }
+                let other = other_side(&b.name);
+                buffers.get(other.as_str()).filter(|_| turned).unwrap_or_else(|| &buffers[b.name.as_str()]).clone()
+            };
+            let found: Vec<wgpu::Buffer> = bindings.iter().map(buffer).collect();
+            let bound: Vec<_> = bindings
+                .iter()
+                .zip(&found)
+                .map(|(b, buffer)| wgpu::BindGroupEntry { binding: b.binding, resource: buffer.as_entire_binding() })
+                .collect();
+            gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some(entry_point),
+                layout: &layout,
+                entries: &bound,
+            })
+        };
+        let bind_groups = [bind_group(false), bind_group(true)];
         gpu.healthy()?;
-        Ok(Self { pipeline, bind_group, groups })
+        Ok(Self { pipeline, bind_groups, groups })
     }
 
-    /// Adds the kernel to a pass.
-    pub(super) fn dispatch(&self, pass: &mut wgpu::ComputePass<'_>, now: Now) {
+    /// Adds the kernel to a pass; `turned`: what comes next and what is have changed places.
+    pub(super) fn dispatch(&self, pass: &mut wgpu::ComputePass<'_>, now: Now, turned: bool) {
         let [x, y] = self.groups;
         if x == 0 || y == 0 {
             return;
         }
         pass.set_pipeline(&self.pipeline);
-        pass.set_bind_group(0, &self.bind_group, &[]);
+        pass.set_bind_group(0, &self.bind_groups[usize::from(turned)], &[]);
         pass.set_immediates(0, bytemuck::bytes_of(&now));
         pass.dispatch_workgroups(x, y, 1);
+    }
+}
+
+impl Kernel {
+    /// Adds the kernel to a pass, with as many workgroups as three words at this place of a buffer say by then.
+    pub(super) fn dispatch_as_told(
+        &self,
+        pass: &mut wgpu::ComputePass<'_>,
+        now: Now,
+        (groups, place): (&wgpu::Buffer, u64),
+    ) {
+        pass.set_pipeline(&self.pipeline);
+        pass.set_bind_group(0, &self.bind_groups[0], &[]);
+        pass.set_immediates(0, bytemuck::bytes_of(&now));
+        pass.dispatch_workgroups_indirect(groups, place);
     }
 }
 

@@ -198,7 +198,7 @@ impl Measurement {
         {
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
             for kernel in &self.kernels {
-                kernel.dispatch(&mut pass, Now::default());
+                kernel.dispatch(&mut pass, Now::default(), false);
             }
         }
         let mut names: Vec<&'static str> = ALWAYS.to_vec();

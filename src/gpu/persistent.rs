@@ -38,7 +38,13 @@ impl Session {
         buffers: &[(&str, &[u8])],
     ) -> Result<Self, GpuError> {
         let length = |name: &str| buffers.iter().find(|(n, _)| *n == name).map_or(0, |(_, bytes)| bytes.len() as u64);
-        let session = Self::empty(gpu, plan, (particles, step), (form, 0))?;
+        let found = buffers.iter().find(|(n, _)| *n == "particles").map_or(&[][..], |(_, bytes)| bytes);
+        let expected = particles * 16;
+        if found.len() as u64 != expected {
+            return Err(GpuError::Foreign { buffer: "particles".into(), found: found.len() as u64, expected });
+        }
+        let row: Vec<[u32; 4]> = bytemuck::pod_collect_to_vec(found);
+        let session = Self::empty(gpu, plan, (&row, step), (form, 0))?;
         for (buffer, bytes) in session.carried() {
             let (found, expected) = (length(buffer.name), bytes as u64);
             if found != expected {

@@ -72,23 +72,30 @@ impl Session {
     /// # Errors
     /// See [`Session::new`].
     pub fn with_room(gpu: &Gpu, plan: &Plan, state: &State, (form, room): (Form, u64)) -> Result<Self, GpuError> {
-        let session = Self::empty(gpu, plan, (state.particles.len() as u64, state.step), (form, room))?;
-        session.upload(state);
+        let (particles, velocities_yz) = packed::pack_particles(&plan.system.domain, &state.particles);
+        let session = Self::empty(gpu, plan, (&particles, state.step), (form, room))?;
+        session.write("particles", bytemuck::cast_slice(&particles));
+        session.write("velocities_yz", bytemuck::cast_slice(&velocities_yz));
+        session.write("squirmers", bytemuck::cast_slice(&packed::pack_squirmers(&session.system, &state.squirmers)));
         gpu.healthy()?;
         Ok(session)
     }
 
-    /// Buffers and kernels for so many particles at a step, with the settings in place, and all else zero.
+    /// Buffers and kernels for these particles at a step, with the settings in place, and all else zero.
     pub(super) fn empty(
         gpu: &Gpu,
         plan: &Plan,
-        (particles, step): (u64, u64),
+        (particles, step): (&[[u32; 4]], u64),
         (form, room): (Form, u64),
     ) -> Result<Self, GpuError> {
-        let sizes = match form {
-            Form::Loose => packed::sizes(&plan.system, particles),
-            Form::Fused => graph::fused::sizes(plan, particles, gpu.pairs),
+        let count = particles.len() as u64;
+        let mut sizes = match form {
+            Form::Loose => packed::sizes(&plan.system, count),
+            Form::Fused => graph::fused::sizes(plan, count, gpu.gathering),
         };
+        if sizes.room > 0 {
+            sizes.room = packed::brick_room_for(&plan.system, particles.iter().map(|p| [p[0], p[1], p[2]]));
+        }
         let (modules, ordered) = match form {
             Form::Loose => (plan.stages.iter().map(|s| s.entry.module()).collect::<Result<Vec<_>, _>>()?, None),
             Form::Fused => (Vec::new(), Some(Ordered::new(plan, gpu.lanes, &sizes)?)),
@@ -117,7 +124,7 @@ impl Session {
             step,
         };
         session.write("species", bytemuck::cast_slice(&packed::pack_species(&session.system)));
-        let uniform = packed::system_uniform(&session.system, session.sizes.particles);
+        let uniform = packed::system_uniform(&session.system, &session.sizes);
         session.write("system", bytemuck::bytes_of(&uniform));
         Ok(session)
     }
@@ -127,11 +134,6 @@ impl Session {
         let (particles, velocities_yz) = packed::pack_particles(&self.system.domain, particles);
         self.write("particles", bytemuck::cast_slice(&particles));
         self.write("velocities_yz", bytemuck::cast_slice(&velocities_yz));
-    }
-
-    fn upload(&self, state: &State) {
-        self.write_particles(&state.particles);
-        self.write("squirmers", bytemuck::cast_slice(&packed::pack_squirmers(&self.system, &state.squirmers)));
     }
 
     /// Elements of every extent.
@@ -205,7 +207,7 @@ impl Session {
                 self.encode_step(&mut pass, step, timing.filter(|_| step == first));
             }
             if let (Steps::Fused(fused), 1..) = (&self.steps, steps) {
-                fused.encode(&mut pass, (Occasion::Last, self.step + steps - 1), &mut |_| {});
+                fused.encode(&mut pass, (Occasion::Last, self.step + steps - 1, steps), &mut |_| {});
             }
         }
         let labels = timing.map(|_| match &self.steps {
@@ -237,7 +239,7 @@ impl Session {
             Steps::Loose(loose) => loose.encode(pass, step, &mut stamp),
             Steps::Fused(fused) => {
                 let occasion = if step == self.step { Occasion::First } else { Occasion::Next };
-                fused.encode(pass, (occasion, step), &mut stamp);
+                fused.encode(pass, (occasion, step, step - self.step), &mut stamp);
             }
         }
     }

@@ -80,7 +80,7 @@ fn rows(item: &Item, stages: &[(&'static Entry, u32, bool)]) -> Vec<Row> {
         let indented = members.iter().map(|m| (format!("  {}", point(m)), m.uses.clone(), m.phase.over));
         return std::iter::once(head).chain(indented).collect();
     }
-    vec![(members.iter().map(point).collect::<Vec<_>>().join(" + "), item.uses(), members[0].phase.over)]
+    vec![(members.iter().map(point).collect::<Vec<_>>().join(" + "), item.uses(), item.over())]
 }
 
 /// The kernels of a step that applies the collision of the one before, as a table: which stages share one, and the bytes that each

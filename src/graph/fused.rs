@@ -4,112 +4,16 @@
 //! Kernels in between run before or after the joint one as far as the buffers allow that they truly bind. Small ones are joined in the end
 //! ([`small`]).
 
-use super::kernels::{APPLY, Use, places, reflected};
+mod item;
+
+pub use item::{Item, Member};
+
+use super::kernels::{APPLY, Use, reflected};
 use super::{Plan, small};
-use crate::buffers::{Extent, Sizes};
-use crate::shader::{ENTRY, Lanes, Module, Over, Part, ShaderError, fuse};
+use crate::buffers::{Extent, Gathering, Sizes, find};
+use crate::shader::{Module, Over, Part, Route, ShaderError, fuse};
 use crate::stages::{Entry, Phase};
 use crate::state::packed;
-
-/// One kernel of a stage as the fused plan runs it.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Member {
-    /// Index of its stage in the list.
-    pub stage: usize,
-    /// Its entry point and extent.
-    pub phase: Phase,
-    /// The WGSL text that has the entry point.
-    pub wgsl: &'static str,
-    /// Several invocations may share each of its elements.
-    pub shared: bool,
-    /// It belongs to the step before: its random numbers and its repetition are that step's.
-    pub late: bool,
-    /// Which repetition of the stage it belongs to.
-    pub repetition: u32,
-    /// What it binds, under the names that it has here.
-    pub uses: Vec<Use>,
-    /// It uses `now`.
-    pub now: bool,
-}
-
-impl Member {
-    fn writes(&self, buffer: &str) -> bool {
-        self.uses.iter().any(|u| u.buffer == buffer && u.write)
-    }
-
-    fn makes_sums(&self) -> bool {
-        self.writes("moments")
-    }
-}
-
-/// What the fused plan dispatches.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Item {
-    /// A kernel of a stage as it is.
-    Alone(Member),
-    /// Several kernels in one, over particles or over cells.
-    Joint(Vec<Member>),
-    /// Small kernels that one workgroup does one after the other.
-    Small(Vec<Member>),
-}
-
-impl Item {
-    /// What it reads and writes. Members that share a kernel hand particles, sums and operators on in registers.
-    #[must_use]
-    pub fn uses(&self) -> Vec<Use> {
-        let mut uses: Vec<Use> = Vec::new();
-        let members = self.members();
-        for used in members.iter().flat_map(|m| &m.uses) {
-            match uses.iter_mut().find(|u| u.buffer == used.buffer) {
-                // Read only if the first to use it reads it.
-                Some(known) => known.write |= used.write,
-                None => uses.push(used.clone()),
-            }
-        }
-        if matches!(self, Item::Joint(_)) && members.len() > 1 && members[0].makes_sums() {
-            uses.retain(|u| u.buffer != "moments");
-        }
-        uses
-    }
-
-    /// What it shows as in timings; `kind` names a stage.
-    #[must_use]
-    pub fn label(&self, kind: impl Fn(usize) -> &'static str) -> String {
-        match self {
-            Item::Joint(members) | Item::Small(members) if members.len() > 1 => {
-                let mut kinds: Vec<&str> = members.iter().map(|m| kind(m.stage)).collect();
-                let mut seen = std::collections::HashSet::new();
-                kinds.retain(|kind| seen.insert(*kind));
-                kinds.join(" + ")
-            }
-            _ => format!("{} {}", kind(self.members()[0].stage), self.point()),
-        }
-    }
-
-    /// The entry point of its kernel.
-    #[must_use]
-    pub fn point(&self) -> &'static str {
-        if matches!(self, Item::Joint(_) | Item::Small(_)) { ENTRY } else { self.members()[0].phase.entry }
-    }
-
-    /// Invocations for each of its elements. What cells share is the work for the ghosts of squirmers: where most have none, four invocations
-    /// that find that out cost more than sharing gains.
-    #[must_use]
-    pub fn lanes(&self, adapter: Lanes, sizes: &Sizes) -> Lanes {
-        let first = &self.members()[0];
-        let idle = first.phase.over == Extent::Cells && 2 * sizes.count(Extent::SquirmerGhosts) < sizes.cells;
-        if first.shared && !idle { adapter } else { Lanes::One }
-    }
-
-    /// The kernels in it.
-    #[must_use]
-    pub fn members(&self) -> &[Member] {
-        match self {
-            Item::Alone(member) => std::slice::from_ref(member),
-            Item::Joint(members) | Item::Small(members) => members,
-        }
-    }
-}
 
 /// Stages of a plan as [`items`] wants them; all of them run, or only those that run in every step.
 #[must_use]
@@ -119,12 +23,59 @@ pub fn stages(plan: &Plan, all: bool) -> Vec<(&'static Entry, u32, bool)> {
     plan.stages.iter().map(stage).collect()
 }
 
-/// Elements of every extent in a fused run of the plan; `pairs`: the adapter is good at adding 64-bit integers.
+/// Elements of every extent in a fused run of the plan whose sums over cells are made like this, or as suits a GPU.
 #[must_use]
-pub fn sizes(plan: &Plan, particles: u64, pairs: bool) -> Sizes {
+pub fn sizes(plan: &Plan, particles: u64, gathering: Option<Gathering>) -> Sizes {
     let sizes = packed::sizes(&plan.system, particles);
-    Sizes { pairs: if pairs && !places(plan) { sizes.cells } else { 0 }, ..sizes }
+    if gathering.unwrap_or(Gathering::on_gpu(sizes.cells)) == Gathering::Chains {
+        return waiting_in(plan, sizes);
+    }
+    let cells = plan.system.domain.cells();
+    let layer: u64 = [cells[0], cells[2]].iter().map(|n| u64::from(n.div_ceil(4))).product();
+    let wall_brick_cells = if sizes.wall_cells > 0 { 3 * 64 * layer } else { 0 };
+    let bricks = Sizes { room: packed::brick_room(&plan.system), wall_brick_cells, ..sizes };
+    if fit_for_bricks(plan, &bricks) { bricks } else { waiting_in(plan, sizes) }
 }
+
+/// With particles that wait, if every step has one kernel that makes them wait: it empties the list of the next step.
+fn waiting_in(plan: &Plan, sizes: Sizes) -> Sizes {
+    let waiting = Sizes { waiting: sizes.particles, ..sizes };
+    let lists = |items: Vec<Item>| items.iter().filter(|i| matches!(i, Item::Sifted(_))).count();
+    let each_has_one = [true, false].into_iter().all(|all| {
+        [(Occasion::First, 1), (Occasion::Next, 1), (Occasion::Last, 0)]
+            .into_iter()
+            .all(|(occasion, one)| items(&stages(plan, all), occasion, &waiting).is_ok_and(|items| lists(items) == one))
+    });
+    if each_has_one { waiting } else { sizes }
+}
+
+/// Whether every step has one kernel over particles, which brings them to their bricks or moves them on: the first ends with the sums
+/// over cells, the last is the collision.
+fn fit_for_bricks(plan: &Plan, sizes: &Sizes) -> bool {
+    let applies = |m: &&Member| plan.stages[m.stage].entry.kind == APPLY;
+    let fit = |item: &Item| match item {
+        Item::Bricks(_, Route::Held) => None,
+        Item::Bricks(members, route) => {
+            let tallies = members.last().is_some_and(|m| m.phase.entry == TALLY);
+            let found = (members.iter().filter(applies).count(), tallies);
+            Some(found == ((*route != Route::Enter).into(), *route != Route::Leave))
+        }
+        _ => None,
+    };
+    [true, false].into_iter().all(|all| {
+        [Occasion::First, Occasion::Next, Occasion::Last].into_iter().all(|occasion| {
+            // What is wrong with them is said when they are to be used.
+            items(&stages(plan, all), occasion, sizes)
+                .map_or(true, |items| items.iter().filter_map(fit).collect::<Vec<_>>() == [true])
+        })
+    })
+}
+
+/// The entry point that brings particles to where their cells find them.
+const TALLY: &str = "tally";
+
+/// The entry point that makes the sums over all cells.
+const GATHER: &str = "gather";
 
 /// Buffers that a run of the plan binds, some of them more than once.
 ///
@@ -135,7 +86,8 @@ pub fn bound(plan: &Plan, sizes: &Sizes) -> Result<Vec<String>, ShaderError> {
     for all in [true, false] {
         for occasion in [Occasion::First, Occasion::Next, Occasion::Last] {
             for item in items(&stages(plan, all), occasion, sizes)? {
-                names.extend(item.members().iter().flat_map(|m| &m.uses).map(|u| u.buffer.clone()));
+                let own = item.uses();
+                names.extend(item.members().iter().flat_map(|m| &m.uses).chain(&own).map(|u| u.buffer.clone()));
             }
         }
     }
@@ -165,10 +117,10 @@ pub fn items(
 ) -> Result<Vec<Item>, ShaderError> {
     let apply = stages.iter().position(|(entry, ..)| entry.kind == APPLY).unwrap_or(stages.len());
     let mut list = Vec::new();
-    let pairs = sizes.pairs > 0;
+    let gathering = sizes.gathering();
     if occasion == Occasion::Next {
         for (stage, (entry, ..)) in stages.iter().enumerate() {
-            let Some(fused) = entry.otherwise(pairs) else { continue };
+            let Some(fused) = entry.otherwise(gathering) else { continue };
             for phase in fused.preface {
                 list.push(member(entry, stage, (*phase, fused.wgsl), (false, 0))?);
             }
@@ -176,21 +128,41 @@ pub fn items(
     }
     if occasion != Occasion::First && apply < stages.len() {
         let late = occasion == Occasion::Next;
-        push(&mut list, stages, (apply, pairs), late)?;
+        push(&mut list, stages, (apply, gathering), late)?;
         for (stage, (entry, ..)) in stages.iter().enumerate() {
-            enter(&mut list, entry, (stage, pairs), entry.receive, (late, 0))?;
+            enter(&mut list, entry, (stage, gathering), entry.receive, (late, 0))?;
         }
         for stage in apply + 1..stages.len() {
-            push(&mut list, stages, (stage, pairs), late)?;
+            push(&mut list, stages, (stage, gathering), late)?;
         }
     }
     if occasion != Occasion::Last {
         for stage in 0..apply {
-            push(&mut list, stages, (stage, pairs), false)?;
+            push(&mut list, stages, (stage, gathering), false)?;
         }
     }
     list.retain(|m| sizes.count(m.phase.over) > 0);
-    Ok(small::joined(arranged(postponed(list, stages), stages), sizes))
+    for member in &mut list {
+        let waits = gathering == Gathering::Bricks || sizes.waiting > 0;
+        member.rare = member.rare.filter(|r| waits && sizes.count(r.of) > 0);
+    }
+    if gathering == Gathering::Bricks {
+        gather_last(&mut list);
+    }
+    let route = (gathering == Gathering::Bricks).then_some(match occasion {
+        Occasion::First => Route::Enter,
+        Occasion::Next => Route::Stay,
+        Occasion::Last => Route::Leave,
+    });
+    Ok(small::joined(arranged(postponed(list, stages), stages, route), sizes))
+}
+
+/// Bricks add up their sums, ghosts included, where these are used: right before the first operators are made.
+fn gather_last(list: &mut Vec<Member>) {
+    let Some(from) = list.iter().position(|m| m.phase.entry == GATHER) else { return };
+    let gather = list.remove(from);
+    let to = list[from..].iter().position(|m| m.writes("operators")).map_or(list.len(), |k| from + k);
+    list.insert(to, gather);
 }
 
 /// What is aside of the collision goes as far to the end as its buffers allow: there it may join those who need its cells.
@@ -206,12 +178,12 @@ fn postponed(mut list: Vec<Member>, stages: &[(&'static Entry, u32, bool)]) -> V
 fn push(
     list: &mut Vec<Member>,
     stages: &[(&'static Entry, u32, bool)],
-    (stage, pairs): (usize, bool),
+    (stage, gathering): (usize, Gathering),
     late: bool,
 ) -> Result<(), ShaderError> {
     let (entry, repetitions, runs) = stages[stage];
     for repetition in 0..if runs { repetitions } else { 0 } {
-        enter(list, entry, (stage, pairs), entry.phases, (late, repetition))?;
+        enter(list, entry, (stage, gathering), entry.phases, (late, repetition))?;
     }
     Ok(())
 }
@@ -219,11 +191,11 @@ fn push(
 fn enter(
     list: &mut Vec<Member>,
     entry: &'static Entry,
-    (stage, pairs): (usize, bool),
+    (stage, gathering): (usize, Gathering),
     phases: &[Phase],
     (late, repetition): (bool, u32),
 ) -> Result<(), ShaderError> {
-    for place in phases.iter().flat_map(|p| entry.fused_phases(*p, pairs)) {
+    for place in phases.iter().flat_map(|p| entry.fused_phases(*p, gathering)) {
         list.push(member(entry, stage, place, (late, repetition))?);
     }
     Ok(())
@@ -240,8 +212,15 @@ fn member(
         // By then the grid has been moved.
         uses.iter_mut().filter(|u| u.buffer == "shift").for_each(|u| "shift_before".clone_into(&mut u.buffer));
     }
+    // What is written to come next is read under its other name.
+    let next = |u: &Use| {
+        let name = u.buffer.strip_suffix("_next").filter(|name| u.write && find(name).is_some())?;
+        Some(Use { buffer: name.to_owned(), read: false, write: true })
+    };
+    let turned: Vec<Use> = uses.iter().filter_map(next).collect();
+    uses.extend(turned);
     let shared = entry.shared.contains(&phase.entry);
-    Ok(Member { stage, phase, wgsl, shared, late, repetition, uses, now })
+    Ok(Member { stage, phase, wgsl, shared, rare: entry.rarely(phase.entry), late, repetition, uses, now })
 }
 
 /// One of them writes what the other uses. Faults are flags that are only ever added.
@@ -249,7 +228,7 @@ pub(super) fn conflict(a: &Member, b: &Member) -> bool {
     a.uses.iter().any(|x| b.uses.iter().any(|y| x.buffer == y.buffer && (x.write || y.write) && x.buffer != "faults"))
 }
 
-fn arranged(list: Vec<Member>, stages: &[(&'static Entry, u32, bool)]) -> Vec<Item> {
+fn arranged(list: Vec<Member>, stages: &[(&'static Entry, u32, bool)], route: Option<Route>) -> Vec<Item> {
     let leads = |m: &Member| stages[m.stage].0.function(m.phase.entry).is_some() && !part(m, stages).aside();
     let joins = |m: &Member, group: &[Member]| {
         leads(m) || part(m, stages).aside() && group.iter().any(|g| g.writes("operators"))
@@ -278,11 +257,33 @@ fn arranged(list: Vec<Member>, stages: &[(&'static Entry, u32, bool)]) -> Vec<It
             deferred.splice(0..0, group.drain(1..));
         }
         let alone = group.len() == 1 && !group[0].late;
-        items.push(if alone { Item::Alone(group.remove(0)) } else { Item::Joint(group) });
+        match route {
+            Some(route) if group[0].phase.over == Extent::Particles => items.extend(in_bricks(group, route)),
+            None if group.iter().any(|m| m.rare.is_some()) => items.extend(in_a_row(group)),
+            _ if alone => items.push(Item::Alone(group.remove(0))),
+            _ => items.push(Item::Joint(group)),
+        }
         rest = deferred;
     }
     items.extend(rest.into_iter().map(Item::Alone));
     items
+}
+
+/// The kernel that moves particles brick by brick, and a second one for the few of members that are rare.
+fn in_bricks(members: Vec<Member>, route: Route) -> Vec<Item> {
+    match members.iter().position(|m| m.rare.is_some()) {
+        Some(k) if route == Route::Stay => {
+            let held = members[k..].iter().map(|m| Member { rare: None, ..m.clone() }).collect();
+            vec![Item::Bricks(members, Route::Sift), Item::Bricks(held, Route::Held)]
+        }
+        _ => vec![Item::Bricks(members, route)],
+    }
+}
+
+/// The kernel of joint members over particles, and a second one for the few of members that are rare.
+fn in_a_row(members: Vec<Member>) -> [Item; 2] {
+    let waited = members.iter().skip_while(|m| m.rare.is_none()).map(|m| Member { rare: None, ..m.clone() }).collect();
+    [Item::Sifted(members), Item::Held(waited)]
 }
 
 fn part(m: &Member, stages: &[(&'static Entry, u32, bool)]) -> Part<'static> {
@@ -292,8 +293,40 @@ fn part(m: &Member, stages: &[(&'static Entry, u32, bool)]) -> Part<'static> {
         wgsl: m.wgsl,
         settings: entry.uniform_wgsl,
         function: entry.function(m.phase.entry).unwrap_or_default(),
+        rare: m.rare,
         late: m.late,
     }
+}
+
+/// The kernel of members over particles, those that wait or those that waited.
+///
+/// # Errors
+/// If their functions do not fit together as WGSL.
+pub fn sifted(members: &[Member], over: Over, stages: &[(&'static Entry, u32, bool)]) -> Result<Module, ShaderError> {
+    fuse(&members.iter().map(|m| part(m, stages)).collect::<Vec<_>>(), over)
+}
+
+/// The kernel of members that move particles brick by brick.
+///
+/// # Errors
+/// If their functions do not fit together as WGSL.
+pub fn bricks(members: &[Member], route: Route, stages: &[(&'static Entry, u32, bool)]) -> Result<Module, ShaderError> {
+    let mut parts: Vec<Part<'_>> = members.iter().map(|m| part(m, stages)).collect();
+    if route == Route::Leave {
+        // It declares what bricks are.
+        let declares = |wgsl: &str| wgsl.contains("//!include bricks\n");
+        let mut texts = stages.iter().filter_map(|(entry, ..)| Some((entry, entry.bricked?.wgsl)));
+        let tally = texts.find(|(_, wgsl)| declares(wgsl));
+        parts.extend(tally.map(|(entry, wgsl)| Part {
+            kind: entry.kind,
+            wgsl,
+            settings: entry.uniform_wgsl,
+            function: "",
+            rare: None,
+            late: false,
+        }));
+    }
+    fuse(&parts, Over::Bricks(route))
 }
 
 /// The kernel of joint members.
@@ -302,12 +335,16 @@ fn part(m: &Member, stages: &[(&'static Entry, u32, bool)]) -> Part<'static> {
 /// If their functions do not fit together as WGSL.
 pub fn joint(members: &[Member], stages: &[(&'static Entry, u32, bool)]) -> Result<Module, ShaderError> {
     let parts: Vec<Part<'_>> = members.iter().map(|m| part(m, stages)).collect();
-    let over = if members[0].phase.over == Extent::Particles {
+    let operators = |m: &Member| m.uses.iter().any(|u| u.buffer == "operators" && u.read);
+    let bricked = members[0].makes_sums() && members[0].uses.iter().any(|u| u.buffer == "bricks_xy");
+    let over = if bricked {
+        Over::BrickCells { operators: operators(&members[1]) }
+    } else if members[0].phase.over == Extent::Particles {
         Over::Particles
     } else {
         let sums = members[0].makes_sums();
         let first = &members[usize::from(sums)];
-        Over::Cells { sums, operators: first.uses.iter().any(|u| u.buffer == "operators" && u.read) }
+        Over::Cells { sums, operators: operators(first) }
     };
     fuse(&parts, over)
 }

@@ -95,6 +95,25 @@ mod tests {
         assert_eq!((s.squirmers, s.ghost_stride, s.box_edge, s.bins), (0, 0, 0, 0));
     }
 
+    /// A crowd counts wherever the bricks begin, also across the edges of a periodic box.
+    #[test]
+    fn bricks_have_room_for_the_largest_crowd() {
+        let system = system(false, &[]);
+        let usual = packed::brick_room(&system);
+        // 640 in the mean, 8 x 25.3 more, and 16.
+        assert_eq!(usual, 864);
+        let at = |cell: [u32; 3]| -> [u32; 3] {
+            let lengths = [30u64, 10, 20];
+            std::array::from_fn(|k| u32::try_from((u64::from(cell[k]) << 32).div_ceil(lengths[k])).expect("in the box"))
+        };
+        let even = (0..60_000).map(|i| at([i % 30, i / 30 % 10, i / 300 % 20]));
+        assert_eq!(packed::brick_room_for(&system, even), usual);
+        // 1,000 each in the two cells at opposite corners, which touch around the edges; then in two that no brick holds.
+        let crowd = |cell| (0..2000).map(move |i| if i % 2 == 0 { at([0, 0, 0]) } else { at(cell) });
+        assert_eq!(packed::brick_room_for(&system, crowd([29, 9, 19])), 2400);
+        assert_eq!(packed::brick_room_for(&system, crowd([4, 0, 0])), 1280);
+    }
+
     #[test]
     fn memory_counts_each_buffer_once() {
         let list =

@@ -75,8 +75,14 @@ pub fn module(members: &[Member], stages: Stages<'_>, sizes: &Sizes) -> Result<M
         if waits {
             since = k;
         }
-        let part =
-            Part { kind: entry.kind, wgsl: m.wgsl, settings: entry.uniform_wgsl, function: m.phase.entry, late: false };
+        let part = Part {
+            kind: entry.kind,
+            wgsl: m.wgsl,
+            settings: entry.uniform_wgsl,
+            function: m.phase.entry,
+            rare: None,
+            late: false,
+        };
         phases.push(Phase { part, count: sizes.count(m.phase.over), waits });
     }
     one_workgroup(&phases)

@@ -28,7 +28,9 @@ pub fn moved(used: &Use, over: Extent, sizes: &Sizes) -> f64 {
     let whole = match buffer.extent {
         // Of particles or of ghosts.
         Extent::Links if over == Extent::SquirmerGhosts => sizes.count(over),
-        Extent::Links => sizes.particles,
+        Extent::Links | Extent::Rooms => sizes.particles,
+        // They are few, and count as nothing but the particles moved.
+        Extent::Waiting => 0,
         extent => sizes.count(extent),
     };
     let elements = if few { whole.min(sizes.count(over) * cells) } else { whole };
@@ -42,7 +44,7 @@ pub fn of_item(item: &Item, sizes: &Sizes) -> f64 {
     let of = |uses: &[Use], over| uses.iter().map(|u| moved(u, over, sizes)).sum::<f64>();
     match item {
         Item::Small(members) => members.iter().map(|m| of(&m.uses, m.phase.over)).sum(),
-        _ => of(&item.uses(), item.members()[0].phase.over),
+        _ => of(&item.uses(), item.over()),
     }
 }
 
@@ -85,7 +87,7 @@ pub fn fused(plan: &Plan, sizes: &Sizes) -> Result<Vec<Work>, ShaderError> {
     for (all, weight) in [(false, 1.0 - rare), (true, rare)] {
         let stages = fused::stages(plan, all);
         for item in fused::items(&stages, fused::Occasion::Next, sizes)? {
-            let there = sizes.count(item.members()[0].phase.over) > 0 && weight > 0.0;
+            let there = sizes.count(item.over()) > 0 && weight > 0.0;
             let label = item.label(|stage| stages[stage].0.kind);
             add(&mut work, &label, there.then(|| (weight, weight * of_item(&item, sizes))));
         }

@@ -8,6 +8,8 @@ use std::fmt::Write as _;
 /// The library: pure functions, and functions over buffers that the including file binds.
 const LIBRARY: &[(&str, &str)] = &[
     ("absorb", include_str!("../../shaders/lib/absorb.wgsl")),
+    ("bricks", include_str!("../../shaders/lib/bricks.wgsl")),
+    ("bricks-settle", include_str!("../../shaders/lib/bricks-settle.wgsl")),
     ("cells", include_str!("../../shaders/lib/cells.wgsl")),
     ("chains", include_str!("../../shaders/lib/chains.wgsl")),
     ("contribution", include_str!("../../shaders/lib/contribution.wgsl")),
@@ -17,6 +19,8 @@ const LIBRARY: &[(&str, &str)] = &[
     ("exact", include_str!("../../shaders/lib/exact.wgsl")),
     ("fault", include_str!("../../shaders/lib/fault.wgsl")),
     ("ghosts", include_str!("../../shaders/lib/ghosts.wgsl")),
+    ("held", include_str!("../../shaders/lib/held.wgsl")),
+    ("held-store", include_str!("../../shaders/lib/held-store.wgsl")),
     ("impulse-fixed", include_str!("../../shaders/lib/impulse-fixed.wgsl")),
     ("impulse", include_str!("../../shaders/lib/impulse.wgsl")),
     ("lanes", include_str!("../../shaders/lib/lanes.wgsl")),
@@ -39,6 +43,7 @@ const LIBRARY: &[(&str, &str)] = &[
     ("sums-store", include_str!("../../shaders/lib/sums-store.wgsl")),
     ("symmetric", include_str!("../../shaders/lib/symmetric.wgsl")),
     ("wall-impulse", include_str!("../../shaders/lib/wall-impulse.wgsl")),
+    ("walls", include_str!("../../shaders/lib/walls.wgsl")),
     ("workgroup-sum", include_str!("../../shaders/lib/workgroup-sum.wgsl")),
     ("wide", include_str!("../../shaders/lib/wide.wgsl")),
 ];

@@ -1,7 +1,22 @@
 //! One kernel from the functions of several stages: each element is read once, goes through all of them, and is written once.
 
 use super::reflect::{Module, ShaderError};
+use crate::buffers::Extent;
 use std::fmt::Write as _;
+
+/// An entry point that does much for a few particles and little for the others. The fused plan gives the few a kernel of their own: on a GPU
+/// neighbours that do the same keep each other busy, and what a CPU driver does for one particle it does for all.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Rare {
+    /// The entry point.
+    pub entry: &'static str,
+    /// What there must be for anyone to be among the few.
+    pub of: Extent,
+    /// Function `(p: Particle) -> bool` that tells, before it is done, who they are or may be.
+    pub condition: &'static str,
+    /// What the others get, a function `(i: u32, p: Particle) -> Particle`; empty: nothing.
+    pub otherwise: &'static str,
+}
 
 /// What a stage gives to a fused kernel.
 #[derive(Debug, Clone, Copy)]
@@ -14,6 +29,8 @@ pub struct Part<'a> {
     pub settings: &'a str,
     /// The function for one element.
     pub function: &'a str,
+    /// It does much for a few particles only.
+    pub rare: Option<Rare>,
     /// It belongs to the step before: its `shift` is `shift_before`.
     pub late: bool,
 }
@@ -31,6 +48,17 @@ impl Part<'_> {
 pub enum Over {
     /// Particles: functions `(i, Particle) -> Particle`.
     Particles,
+    /// The same, but the few of parts that are rare wait for the next kernel.
+    Sifted,
+    /// Particles that waited.
+    Held,
+    /// Particles that lie brick by brick, one workgroup for each brick; a part without a function only declares.
+    Bricks(Route),
+    /// Cells of bricks: as cells, after a first function that makes the sums of one once `gather_brick` has made those of the brick.
+    BrickCells {
+        /// The operators in memory matter.
+        operators: bool,
+    },
     /// Cells: functions `(cell, Moments, Operator) -> Operator`, or `(cell)` for something aside, after a first `(cell) -> Sums` or
     /// the moments in memory.
     Cells {
@@ -39,6 +67,21 @@ pub enum Over {
         /// The operators in memory matter.
         operators: bool,
     },
+}
+
+/// Where a kernel over particles that lie brick by brick takes them from, and where it leaves them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Route {
+    /// From the row of all particles into the bricks, by the last function.
+    Enter,
+    /// From bricks to bricks.
+    Stay,
+    /// The same, but the few of parts that are rare are held back, to come with the next kernel.
+    Sift,
+    /// From bricks to bricks, those who were held back.
+    Held,
+    /// From the bricks back into a row.
+    Leave,
 }
 
 /// How many invocations share the work for one cell, and whether they know of the others of their subgroup.
@@ -86,14 +129,27 @@ pub fn settings_name(kind: &str) -> String {
 /// If the parts do not fit together as WGSL, for instance since two of them have functions of one name.
 pub fn fuse(parts: &[Part<'_>], over: Over) -> Result<Module, ShaderError> {
     let mut includes = vec!["dispatch".to_owned()];
+    let (mut bindings, mut bodies, mut declarations) = (Vec::new(), String::new(), String::new());
     includes.extend(match over {
-        Over::Particles => vec!["particles-store".to_owned()],
+        Over::Particles | Over::Bricks(Route::Leave) => vec!["particles-store".to_owned()],
+        Over::Sifted => {
+            bindings.extend(held_bindings(true));
+            vec!["particles-store".to_owned(), "held-store".to_owned()]
+        }
+        Over::Held => {
+            bindings.extend(held_bindings(false));
+            vec!["particles-store".to_owned(), "held".to_owned()]
+        }
+        Over::Bricks(_) => vec!["particles".to_owned()],
+        Over::BrickCells { operators } => {
+            let loads = [operators.then_some("operator-load")];
+            loads.into_iter().flatten().chain(["operator-store"]).map(str::to_owned).collect()
+        }
         Over::Cells { sums, operators } => {
             let loads = [(!sums).then_some("moments-load"), operators.then_some("operator-load")];
             loads.into_iter().flatten().chain(["operator-store"]).map(str::to_owned).collect()
         }
     });
-    let (mut bindings, mut bodies, mut declarations) = (Vec::new(), String::new(), String::new());
     for (k, part) in parts.iter().enumerate() {
         if parts[..k].iter().all(|p| p.kind != part.kind) {
             declarations.push_str(part.settings);
@@ -121,6 +177,16 @@ pub(super) struct Bound {
     name: String,
     space: String,
     ty: String,
+}
+
+/// The list of particles that wait; what tells how many workgroups they need cannot be written meanwhile.
+fn held_bindings(written: bool) -> [Bound; 2] {
+    let (space, groups) = if written { ("read_write", "array<atomic<u32>>") } else { ("read", "array<u32>") };
+    [("held", "array<u32>"), ("held_groups", groups)].map(|(name, ty)| Bound {
+        name: name.to_owned(),
+        space: format!("storage, {space}"),
+        ty: ty.to_owned(),
+    })
 }
 
 /// Declarations of these variables.
@@ -176,36 +242,160 @@ fn bind(line: &str, part: &Part<'_>, bindings: &mut Vec<Bound>) {
 
 fn entry(parts: &[Part<'_>], over: Over) -> String {
     let lines = match over {
-        Over::Particles => each_particle(parts),
+        Over::Particles | Over::Bricks(Route::Enter) => each_particle(parts, over == Over::Particles),
+        Over::Sifted => each_sifted(parts),
+        Over::Held => each_held(parts),
+        Over::Bricks(route) => each_brick(parts, route),
+        Over::BrickCells { operators } => each_brick_cell(parts, operators),
         Over::Cells { sums, operators } => each_cell(parts, sums, operators),
     };
+    let (size, index) = match over {
+        Over::Bricks(Route::Held) => ("HELD_LANES", "brick_of(group, groups)"),
+        Over::Bricks(Route::Stay | Route::Sift | Route::Leave) | Over::BrickCells { .. } => {
+            ("BRICK_LANES", "brick_of(group, groups)")
+        }
+        _ => ("WORKGROUP", "invocation(group, groups, lane)"),
+    };
     format!(
-        "@compute @workgroup_size(WORKGROUP)\nfn {ENTRY}(@builtin(workgroup_id) group: vec3<u32>, \
+        "@compute @workgroup_size({size})\nfn {ENTRY}(@builtin(workgroup_id) group: vec3<u32>, \
          @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {{\n    \
-         let index = invocation(group, groups, lane);\n    {}\n}}\n",
+         let index = {index};\n    {}\n}}\n",
         lines.join("\n    ")
     )
 }
 
-fn each_particle(parts: &[Part<'_>]) -> Vec<String> {
-    let calls = parts.iter().map(|part| format!("p = {}(i, p);", part.function)).collect::<Vec<_>>().join(" ");
+/// What each part does to particle `i`, which is `p`.
+fn moves(parts: &[Part<'_>]) -> String {
+    let own = parts.iter().filter(|part| !part.function.is_empty());
+    own.map(|part| format!("p = {}(i, p);", part.function)).collect::<Vec<_>>().join(" ")
+}
+
+/// The last part of those who stay is replaced by what settles a whole workgroup's particles.
+fn each_brick(parts: &[Part<'_>], route: Route) -> Vec<String> {
+    let mut lines = vec![
+        "if index * BRICK_CELLS >= system.cell_count { return; }".to_owned(),
+        "let count = particles_of_brick(index, lane);".to_owned(),
+    ];
+    if route != Route::Leave {
+        let lanes = if route == Route::Held { "HELD_LANES" } else { "BRICK_LANES" };
+        let parts = &parts[..parts.len() - 1];
+        let (calls, hold) = match route {
+            // Places of those held back have been read already.
+            Route::Sift => (
+                format!("{} if held {{ kept = atomicAdd(&held_back, 1u); }}", sifting(parts)),
+                "    if held { store_in_brick(index * system.room + kept, p); }",
+            ),
+            _ => (format!("{} q = p;", moves(parts)), ""),
+        };
+        lines.extend([
+            "let place = brick_place(index);".to_owned(),
+            format!("for (var first = 0u; first < count; first += {lanes}) {{"),
+            "    let i = index * system.room + first + lane;".to_owned(),
+            "    let has_one = first + lane < count;".to_owned(),
+            "    var p: Particle; var q: Particle; var held = false; var kept = 0u;".to_owned(),
+            format!("    if has_one {{ p = particle_in_brick(i); {calls} }}"),
+            "    settle_in_brick(has_one && !held, q, i, place, lane);".to_owned(),
+            hold.to_owned(),
+            "}".to_owned(),
+        ]);
+    } else {
+        lines.extend([
+            "let first = place_in_row(count, lane);".to_owned(),
+            "for (var k = lane; k < count; k += BRICK_LANES) {".to_owned(),
+            "    let i = index * system.room + k;".to_owned(),
+            format!("    var p = particle_in_brick(i); {}", moves(parts)),
+            "    store_particle(first + k, p);".to_owned(),
+            "}".to_owned(),
+        ]);
+    }
+    let left = if route == Route::Sift { "atomicLoad(&held_back)" } else { "0u" };
+    lines.push(format!("if lane == 0u {{ atomicStore(&brick_counts[index], {left}); }}"));
+    lines
+}
+
+fn each_brick_cell(parts: &[Part<'_>], operators: bool) -> Vec<String> {
+    let head = [
+        "if index * BRICK_CELLS >= system.cell_count { return; }",
+        "gather_brick(index, lane);",
+        "if lane >= BRICK_CELLS { return; }",
+        "let i = index * BRICK_CELLS + lane;",
+    ];
+    head.map(str::to_owned).into_iter().chain(collision(parts, true, operators)).collect()
+}
+
+fn each_particle(parts: &[Part<'_>], store: bool) -> Vec<String> {
+    let calls = moves(parts);
     let lines = [
         "let i = index;",
         "if i >= system.particle_count { return; }",
         "var p = particle_at(i);",
         &calls,
-        "store_particle(i, p);",
+        if store { "store_particle(i, p);" } else { "" },
     ];
     lines.map(str::to_owned).to_vec()
 }
 
+/// What the parts do to particle `i`, which is `p` and becomes `q`; if one of them is rare and the particle among its few, it stays `p`, as it
+/// was before the first rare part, and is `held`.
+fn sifting(parts: &[Part<'_>]) -> String {
+    let k = first_rare(parts);
+    let mut text = format!("{} q = p;", moves(&parts[..k]));
+    for part in &parts[k..] {
+        let function = match part.rare {
+            Some(rare) => {
+                let _ = write!(text, " held = held || {}(q);", rare.condition);
+                rare.otherwise
+            }
+            None => part.function,
+        };
+        if !function.is_empty() {
+            let _ = write!(text, " if !held {{ q = {function}(i, q); }}");
+        }
+    }
+    text
+}
+
+fn first_rare(parts: &[Part<'_>]) -> usize {
+    parts.iter().position(|part| part.rare.is_some()).unwrap_or(parts.len())
+}
+
+fn each_sifted(parts: &[Part<'_>]) -> Vec<String> {
+    let lines = [
+        "let i = index;".to_owned(),
+        "if i == 0u { empty_other_list(); }".to_owned(),
+        "if i >= system.particle_count { return; }".to_owned(),
+        "var p = particle_at(i); var q: Particle; var held = false;".to_owned(),
+        sifting(parts),
+        "if held { hold(i); } else { p = q; }".to_owned(),
+        "store_particle(i, p);".to_owned(),
+    ];
+    lines.to_vec()
+}
+
+fn each_held(parts: &[Part<'_>]) -> Vec<String> {
+    let lines = [
+        "for (var k = index; k < held_groups[held_list() + 3u]; k += WORKGROUP * groups.x) {".to_owned(),
+        "    let i = held[k];".to_owned(),
+        "    var p = particle_at(i);".to_owned(),
+        format!("    {}", moves(parts)),
+        "    store_particle(i, p);".to_owned(),
+        "}".to_owned(),
+    ];
+    lines.to_vec()
+}
+
 fn each_cell(parts: &[Part<'_>], sums: bool, operators: bool) -> Vec<String> {
-    let mut lines = vec!["let i = index;".to_owned(), "if i >= system.cell_count { return; }".to_owned()];
-    lines.push(if sums {
+    let head = ["let i = index;", "if i >= system.cell_count { return; }"];
+    head.map(str::to_owned).into_iter().chain(collision(parts, sums, operators)).collect()
+}
+
+/// From the sums of cell `i` to its operator.
+fn collision(parts: &[Part<'_>], sums: bool, operators: bool) -> Vec<String> {
+    let mut lines = vec![if sums {
         format!("let m = moments_of({}(i));", parts[0].function)
     } else {
         "let m = moments_at(i);".to_owned()
-    });
+    }];
     lines.push(format!("var o = {};", if operators { "operator_at(i)" } else { "no_collision()" }));
     let call = |part: &Part<'_>| match part.aside() {
         true => format!("{}(i);", part.function),

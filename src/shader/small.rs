@@ -163,7 +163,7 @@ mod tests {
         let wgsl = "//!include dispatch\n@group(0) @binding(0) var<storage, read_write> shift: array<u32>;\n\
                     @compute @workgroup_size(WORKGROUP)\nfn f(@builtin(workgroup_id) group: vec3<u32>) {\n    \
                     let i = invocation(group, groups, lane);\n    shift[i] = 1u;\n}\n";
-        let part = |kind| Part { kind, wgsl, settings: "", function: "f", late: false };
+        let part = |kind| Part { kind, wgsl, settings: "", function: "f", rare: None, late: false };
         let phases = [("a-b", 2, false), ("a-b", 300, true)].map(|(kind, count, waits)| Phase {
             part: part(kind),
             count,

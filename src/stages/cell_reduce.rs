@@ -20,12 +20,6 @@ shared! {
     }
 }
 
-/// Both forms of the fused plan leave for each cell what its sums are made of, and leave that empty again.
-const TALLY_AND_GATHER: &[(&str, &[Phase])] = &[
-    ("clear", &[]),
-    ("reduce", &[Phase { entry: "tally", over: Extent::Particles }, Phase { entry: "gather", over: Extent::Cells }]),
-];
-
 impl Stage for CellReduce {
     const KIND: &'static str = "cell-reduce";
     const WGSL: &'static str = include_str!("../../shaders/stages/cell-reduce.wgsl");
@@ -34,12 +28,28 @@ impl Stage for CellReduce {
     const FUSED: Option<Fused> = Some(Fused {
         wgsl: include_str!("../../shaders/fused/cell-reduce.wgsl"),
         preface: &[],
-        instead: TALLY_AND_GATHER,
+        instead: &[
+            ("clear", &[]),
+            (
+                "reduce",
+                &[Phase { entry: "tally", over: Extent::Particles }, Phase { entry: "gather", over: Extent::Cells }],
+            ),
+        ],
     });
-    const PAIRED: Option<Fused> = Some(Fused {
-        wgsl: include_str!("../../shaders/fused/cell-reduce-paired.wgsl"),
+    const BRICKED: Option<Fused> = Some(Fused {
+        wgsl: include_str!("../../shaders/fused/cell-reduce-bricked.wgsl"),
         preface: &[],
-        instead: TALLY_AND_GATHER,
+        instead: &[
+            ("clear", &[]),
+            (
+                "reduce",
+                &[
+                    Phase { entry: "tally", over: Extent::Particles },
+                    Phase { entry: "gather_walls", over: Extent::WallBrickCells },
+                    Phase { entry: "gather", over: Extent::Cells },
+                ],
+            ),
+        ],
     });
     const EACH: &'static [(&'static str, &'static str)] = &[("tally", "tallied"), ("gather", "gathered")];
     const AFTER: &'static [&'static str] = &["shift-grid"];

@@ -1,8 +1,8 @@
 //! What a stage is: the trait that each stage file implements, and its type-erased form in the registry.
 
-use crate::buffers::Extent;
+use crate::buffers::{Extent, Gathering};
 use crate::params::{Field, Params, Values};
-use crate::shader::{Lanes, Module, ShaderError, Shared};
+use crate::shader::{Lanes, Module, Rare, ShaderError, Shared};
 use crate::state::System;
 use crate::state::scene::Scene;
 
@@ -61,12 +61,14 @@ pub trait Stage: 'static {
     const RECEIVE: &'static [Phase] = &[];
     /// What the stage does otherwise in the fused plan.
     const FUSED: Option<Fused> = None;
-    /// The same where particles add to sums in pairs ([`crate::buffers::Sizes::pairs`]), if it then does something else.
-    const PAIRED: Option<Fused> = None;
+    /// The same where particles lie brick by brick ([`Gathering::Bricks`]), if it then does something else.
+    const BRICKED: Option<Fused> = None;
     /// Entry points over particles or cells that the fused plan may join with others over the same, each with the function that does
     /// its work for one of them: `fn(i: u32, p: Particle) -> Particle`, `fn(cell: u32) -> Sums` for the first over cells, else
     /// `fn(cell: u32, m: Moments, o: Operator) -> Operator`, or `fn(cell: u32)` if it leaves the operator alone.
     const EACH: &'static [(&'static str, &'static str)] = &[];
+    /// Entry points of [`Stage::EACH`] over particles that do much for a few of them and little for the others.
+    const RARE: &'static [Rare] = &[];
     /// Entry points that share the work for one element among several invocations where the adapter is better at that: their WGSL takes
     /// the number from `LANES`, which is 1 in the loose plan.
     const SHARED: &'static [&'static str] = &[];
@@ -118,10 +120,12 @@ pub struct Entry {
     pub receive: &'static [Phase],
     /// See [`Stage::FUSED`].
     pub fused: Option<Fused>,
-    /// See [`Stage::PAIRED`].
-    pub paired: Option<Fused>,
+    /// See [`Stage::BRICKED`].
+    pub bricked: Option<Fused>,
     /// See [`Stage::EACH`].
     pub each: &'static [(&'static str, &'static str)],
+    /// See [`Stage::RARE`].
+    pub rare: &'static [Rare],
     /// See [`Stage::SHARED`].
     pub shared: &'static [&'static str],
     /// See [`Stage::AFTER`].
@@ -162,8 +166,9 @@ impl Entry {
             phases: S::PHASES,
             receive: S::RECEIVE,
             fused: S::FUSED,
-            paired: S::PAIRED,
+            bricked: S::BRICKED,
             each: S::EACH,
+            rare: S::RARE,
             shared: S::SHARED,
             after: S::AFTER,
             summary: S::Params::summary,
@@ -187,20 +192,30 @@ impl Entry {
         self.each.iter().find(|(entry, _)| *entry == point).map(|(_, function)| *function)
     }
 
-    /// What the stage does otherwise in the fused plan; `pairs`: particles add to sums in pairs.
+    /// What this entry point does for a few particles only, if it is so.
     #[must_use]
-    pub fn otherwise(&self, pairs: bool) -> Option<Fused> {
-        self.paired.filter(|_| pairs).or(self.fused)
+    pub fn rarely(&self, point: &str) -> Option<Rare> {
+        self.rare.iter().find(|r| r.entry == point).copied()
+    }
+
+    /// What the stage does otherwise in the fused plan.
+    #[must_use]
+    pub fn otherwise(&self, gathering: Gathering) -> Option<Fused> {
+        let own = match gathering {
+            Gathering::Chains => None,
+            Gathering::Bricks => self.bricked,
+        };
+        own.or(self.fused)
     }
 
     /// The kernels that the fused plan runs for a phase, each with the WGSL that has it.
     #[must_use]
-    pub fn fused_phases(&self, phase: Phase, pairs: bool) -> Vec<(Phase, &'static str)> {
+    pub fn fused_phases(&self, phase: Phase, gathering: Gathering) -> Vec<(Phase, &'static str)> {
         let instead = |f: Fused| {
             let (_, phases) = f.instead.iter().find(|(entry, _)| *entry == phase.entry)?;
             Some(phases.iter().map(|p| (*p, f.wgsl)).collect())
         };
-        self.otherwise(pairs).and_then(instead).unwrap_or_else(|| vec![(phase, self.wgsl)])
+        self.otherwise(gathering).and_then(instead).unwrap_or_else(|| vec![(phase, self.wgsl)])
     }
 
     /// A WGSL text of the stage, composed for the fused plan, validated and reflected.

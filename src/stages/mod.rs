@@ -39,6 +39,7 @@ pub fn find(kind: &str) -> Option<&'static Entry> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::buffers::Gathering;
     use crate::shader::Lanes;
 
     #[test]
@@ -60,11 +61,12 @@ mod tests {
     fn every_kernel_of_the_fused_plan_has_its_entry_point() {
         for entry in REGISTRY {
             let own = entry.phases.iter().chain(entry.receive);
-            for pairs in [false, true] {
-                let other = entry.otherwise(pairs);
+            let mut points: Vec<&str> = Vec::new();
+            for gathering in [Gathering::Chains, Gathering::Bricks] {
+                let other = entry.otherwise(gathering);
                 let preface = other.iter().flat_map(|f| f.preface.iter().map(|p| (*p, f.wgsl)));
                 let phases: Vec<(Phase, &str)> =
-                    own.clone().flat_map(|p| entry.fused_phases(*p, pairs)).chain(preface).collect();
+                    own.clone().flat_map(|p| entry.fused_phases(*p, gathering)).chain(preface).collect();
                 for lanes in [Lanes::One, Lanes::Four] {
                     for (phase, wgsl) in &phases {
                         let module = entry.fused_module(wgsl, lanes).unwrap_or_else(|e| panic!("{e}"));
@@ -73,8 +75,10 @@ mod tests {
                 }
                 let mut replaced = other.iter().flat_map(|f| f.instead.iter().map(|(replaced, _)| replaced));
                 assert!(replaced.all(|r| own.clone().any(|p| p.entry == *r)), "{}", entry.kind);
-                assert!(entry.shared.iter().all(|s| phases.iter().any(|(p, _)| p.entry == *s)), "{}", entry.kind);
+                points.extend(phases.iter().map(|(p, _)| p.entry));
             }
+            let named = entry.shared.iter().copied().chain(entry.rare.iter().map(|r| r.entry));
+            assert!(named.into_iter().all(|s| points.contains(&s)), "{}", entry.kind);
         }
     }
 }

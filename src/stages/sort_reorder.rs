@@ -1,6 +1,6 @@
 //! sort-reorder: particles that are neighbours in space become neighbours in memory.
 
-use super::{Phase, Stage};
+use super::{Fused, Phase, Stage};
 use crate::buffers::Extent;
 use crate::state::System;
 use crate::state::scene::Scene;
@@ -34,6 +34,19 @@ impl Stage for SortReorder {
         Phase { entry: "scatter", over: Extent::Particles },
         Phase { entry: "copy_back", over: Extent::Particles },
     ];
+    /// Particles that lie brick by brick are sorted enough.
+    const BRICKED: Option<Fused> = Some(Fused {
+        wgsl: Self::WGSL,
+        preface: &[],
+        instead: &[
+            ("clear_places", &[]),
+            ("count", &[]),
+            ("scan_cells", &[]),
+            ("scan_blocks", &[]),
+            ("scatter", &[]),
+            ("copy_back", &[]),
+        ],
+    });
     type Params = Self;
     type Uniform = SortReorderSettings;
 

@@ -6,6 +6,7 @@ use super::{Finding, Fused, Gravity, Phase, Stage};
 use crate::buffers::Extent;
 use crate::math::spheroid::Spheroid;
 use crate::math::surface::Slip;
+use crate::shader::Rare;
 use crate::state::scene::{Load, Motion, Scene};
 use crate::state::{Domain, Particle, Squirmer, System};
 use crate::{params, shared};
@@ -37,6 +38,8 @@ impl Stage for SquirmerCollide {
     const KIND: &'static str = "squirmer-collide";
     const WGSL: &'static str = include_str!("../../shaders/stages/squirmer-collide.wgsl");
     const EACH: &'static [(&'static str, &'static str)] = &[("collide", "bounced"), ("clear_map", "map_cleared")];
+    const RARE: &'static [Rare] =
+        &[Rare { entry: "collide", of: Extent::Squirmers, condition: "may_bounce", otherwise: "" }];
     const PHASES: &'static [Phase] = &[
         Phase { entry: "clear_map", over: Extent::Cells },
         Phase { entry: "mark_map", over: Extent::SquirmerColumns },

@@ -56,6 +56,11 @@ impl Stage for SquirmerFill {
             &[Phase { entry: "tally", over: Extent::SquirmerGhosts }, Phase { entry: "gather", over: Extent::Cells }],
         )],
     });
+    const BRICKED: Option<Fused> = Some(Fused {
+        wgsl: include_str!("../../shaders/fused/squirmer-fill-bricked.wgsl"),
+        preface: &[],
+        instead: &[("fill", &[Phase { entry: "enter", over: Extent::SquirmerGhosts }])],
+    });
     const SHARED: &'static [&'static str] = &["gather"];
     const AFTER: &'static [&'static str] = &["cell-reduce", "squirmer-collide", "wall-ghosts"];
     type Params = Self;

@@ -2,6 +2,7 @@
 
 use super::{Finding, Gravity, Phase, Stage};
 use crate::buffers::Extent;
+use crate::shader::Rare;
 use crate::state::scene::Scene;
 use crate::state::{Domain, Particle, System, Walls};
 use crate::{params, shared};
@@ -26,6 +27,8 @@ impl Stage for Stream {
     const KIND: &'static str = "stream";
     const WGSL: &'static str = include_str!("../../shaders/stages/stream.wgsl");
     const EACH: &'static [(&'static str, &'static str)] = &[("stream", "streamed")];
+    const RARE: &'static [Rare] =
+        &[Rare { entry: "stream", of: Extent::WallCells, condition: "meets_wall", otherwise: "flown" }];
     const PHASES: &'static [Phase] = &[Phase { entry: "stream", over: Extent::Particles }];
     type Params = Self;
     type Uniform = StreamSettings;

@@ -3,7 +3,7 @@
 use crate::bench::*;
 use crate::collision::{active_slit, continued};
 use crate::rig;
-use squirm::buffers::Sizes;
+use squirm::buffers::{Fault, Gathering, Sizes};
 use squirm::gpu::{Form, Session};
 use squirm::graph::fused::{Item, Occasion, items};
 use squirm::params::Value;
@@ -19,13 +19,15 @@ fn left(
     start: &State,
     kinds: &[&str],
     changes: &[Change],
-    (form, lanes, pairs): (Form, Lanes, bool),
+    (form, lanes, gathering): (Form, Lanes, Gathering),
 ) -> Vec<(String, Vec<f32>, [glam::DVec3; 2])> {
     let plan = rig::plan(system, kinds, changes);
     let mut gpu = rig::gpu().clone();
     gpu.lanes = lanes;
-    gpu.pairs = pairs;
+    gpu.gathering = Some(gathering);
     let mut session = Session::formed(&gpu, &plan, start, form).expect("a session");
+    let bricks = form == Form::Fused && gathering == Gathering::Bricks;
+    assert_eq!(session.sizes().gathering() == Gathering::Bricks, bricks);
     [1, 7, 12]
         .map(|steps| {
             session.advance(steps, false);
@@ -48,13 +50,17 @@ fn both_forms_of_a_plan_leave_the_same_bits() {
     gas_box.fluid.acceleration = [0.01, 0.0, -0.02];
     let fluid = state(gas(&gas_box, 31, 30_000), Vec::new());
     let (slit, squirmers) = active_slit();
+    let slit_of_fluid = System { species: Vec::new(), ..slit.clone() };
+    let alone = squirm::state::start::start(&slit_of_fluid).expect("a start");
     let mode = |mode: &str, spin| -> Vec<Change> {
         vec![
             ("restore-thermostat", "mode", Value::Text(mode.into())),
             ("restore-thermostat", "angular_momentum", Value::Boolean(spin)),
         ]
     };
-    let cases: [(&System, &State, &[&str], Vec<Change>); 7] = [
+    let in_slit: Vec<&str> = rig::EVERYTHING.iter().copied().filter(|k| !k.starts_with("squirmer")).collect();
+    let cases: [(&System, &State, &[&str], Vec<Change>); 8] = [
+        (&slit_of_fluid, &alone, &in_slit, continued().to_vec()),
         (&gas_box, &fluid, rig::BULK, mode("energy", true)),
         (&gas_box, &fluid, rig::BULK, mode("thermostat", false)),
         (&gas_box, &fluid, &["stream", "shift-grid", "cell-reduce", "rotate", "apply"], Vec::new()),
@@ -64,18 +70,24 @@ fn both_forms_of_a_plan_leave_the_same_bits() {
         (&slit, &squirmers, rig::EVERYTHING, vec![("rotate", "grip", Value::Float(1.22))]),
     ];
     for (system, start, kinds, changes) in cases {
-        let loose = left(system, start, kinds, &changes, (Form::Loose, Lanes::One, false));
-        for (every, lanes, pairs) in [(1, Lanes::Four, true), (7, Lanes::One, true), (50, Lanes::Four, false)] {
+        let loose = left(system, start, kinds, &changes, (Form::Loose, Lanes::One, Gathering::Chains));
+        for (every, lanes, gathering) in [
+            (1, Lanes::Four, Gathering::Chains),
+            (7, Lanes::One, Gathering::Chains),
+            (50, Lanes::Four, Gathering::Chains),
+            (50, Lanes::Four, Gathering::Bricks),
+            (3, Lanes::One, Gathering::Bricks),
+        ] {
             let mut changes = changes.clone();
             changes.push(("sort-reorder", "every", Value::Integer(every)));
             assert_eq!(
                 loose,
-                left(system, start, kinds, &changes, (Form::Fused, lanes, pairs)),
+                left(system, start, kinds, &changes, (Form::Fused, lanes, gathering)),
                 "{kinds:?} {changes:?}"
             );
         }
         let unsorted: Vec<&str> = kinds.iter().copied().filter(|k| *k != "sort-reorder").collect();
-        let fused = left(system, start, &unsorted, &changes, (Form::Fused, Lanes::One, false));
+        let fused = left(system, start, &unsorted, &changes, (Form::Fused, Lanes::One, Gathering::Chains));
         assert_eq!(loose, fused, "{unsorted:?} {changes:?}");
     }
 }
@@ -95,10 +107,43 @@ fn crowded(system: &System, count: u32, (crowds, each): (usize, usize)) -> State
 fn crowded_cells_lose_nobody() {
     let system = rig::system([9, 10, 33]);
     let start = crowded(&system, 30_000, (40, 90));
-    let loose = left(&system, &start, rig::BULK, &[], (Form::Loose, Lanes::One, false));
-    for lanes in [Lanes::One, Lanes::Four] {
-        assert_eq!(loose, left(&system, &start, rig::BULK, &[], (Form::Fused, lanes, false)), "{lanes:?}");
+    let loose = left(&system, &start, rig::BULK, &[], (Form::Loose, Lanes::One, Gathering::Chains));
+    for gathering in [Gathering::Chains, Gathering::Bricks] {
+        let fused = left(&system, &start, rig::BULK, &[], (Form::Fused, Lanes::One, gathering));
+        assert_eq!(loose, fused, "{gathering:?}");
     }
+}
+
+/// In one step, past several bricks, around a box of three bricks, two and one, of which the last are cut.
+#[test]
+fn particles_that_fly_far_find_their_bricks() {
+    let mut system = rig::system([11, 7, 4]);
+    system.run.dt = 1.5;
+    let start = state(gas(&system, 33, 2_500), Vec::new());
+    let fastest = start.particles.iter().map(|p| p.velocity.abs().max_element()).fold(0.0, f64::max);
+    assert!(fastest * system.run.dt > 5.0, "{fastest}");
+    let loose = left(&system, &start, rig::BULK, &[], (Form::Loose, Lanes::One, Gathering::Chains));
+    assert_eq!(loose, left(&system, &start, rig::BULK, &[], (Form::Fused, Lanes::One, Gathering::Bricks)));
+}
+
+/// A brick that fills up beyond its room stops the run; a session that begins with such a crowd has room for it.
+#[test]
+fn a_crowd_beyond_the_room_of_a_brick_is_a_fault() {
+    let system = rig::system([9, 10, 33]);
+    let even = state(gas(&system, 32, 30_000), Vec::new());
+    let crowd = crowded(&system, 30_000, (40, 90));
+    let plan = rig::plan(&system, rig::BULK, &[]);
+    let mut gpu = rig::gpu().clone();
+    gpu.gathering = Some(Gathering::Bricks);
+    let faults = |start: &State, then: &State| {
+        let mut session = Session::formed(&gpu, &plan, start, Form::Fused).expect("a session");
+        session.write_particles(&then.particles);
+        session.advance(2, false);
+        session.faults().expect("readable")
+    };
+    assert_eq!(faults(&even, &even), 0);
+    assert_eq!(faults(&crowd, &crowd), 0);
+    assert_ne!(faults(&even, &crowd) & Fault::Room as u32, 0);
 }
 
 /// Bodies at one place have more ghosts in a cell than its list has room for, which is 16.
@@ -108,9 +153,9 @@ fn crowded_cells_lose_no_ghost() {
     let centre = start.squirmers[2].position;
     start.squirmers.iter_mut().for_each(|s| s.position = centre);
     let kinds = ["stream", "shift-grid", "cell-reduce", "wall-ghosts", "squirmer-fill", "rotate", "apply"];
-    let loose = left(&system, &start, &kinds, &[], (Form::Loose, Lanes::One, false));
+    let loose = left(&system, &start, &kinds, &[], (Form::Loose, Lanes::One, Gathering::Chains));
     for lanes in [Lanes::One, Lanes::Four] {
-        assert_eq!(loose, left(&system, &start, &kinds, &[], (Form::Fused, lanes, false)), "{lanes:?}");
+        assert_eq!(loose, left(&system, &start, &kinds, &[], (Form::Fused, lanes, Gathering::Chains)), "{lanes:?}");
     }
     let mut bench = Bench::new(&system, &start, &kinds, &[]);
     bench.run_all(&kinds[..5]);
@@ -144,7 +189,9 @@ const FEW_GHOSTS: Sizes = Sizes {
     ghost_stride: 64,
     box_edge: 8,
     bins: 0,
-    pairs: 0,
+    waiting: 1000,
+    wall_brick_cells: 0,
+    room: 0,
     coarse: 0,
     samples: 0,
 };
@@ -152,7 +199,7 @@ const FEW_GHOSTS: Sizes = Sizes {
 /// Kinds that share a kernel over particles or cells, in order.
 fn shared(kinds: &[&str], occasion: Occasion) -> Vec<Vec<&'static str>> {
     let (kinds, items) = planned(kinds, occasion, &slit_of(6));
-    let joint = items.iter().filter(|i| matches!(i, Item::Joint(_)));
+    let joint = items.iter().filter(|i| matches!(i, Item::Joint(_) | Item::Sifted(_)));
     joint.map(|i| i.members().iter().map(|m| kinds[m.stage]).collect()).collect()
 }
 
@@ -166,6 +213,39 @@ fn what_shares_a_kernel() {
     let particles = vec!["apply", "stream", "squirmer-collide", "cell-reduce"];
     let cells = vec!["rotate", "restore-thermostat", "squirmer-collide"];
     assert_eq!(shared(rig::EVERYTHING, Occasion::Next), [particles, cells]);
+}
+
+/// Who meets a wall or a squirmer waits, and begins there anew.
+#[test]
+fn the_few_have_a_kernel_of_their_own() {
+    let particles = ["apply", "stream", "squirmer-collide", "cell-reduce"];
+    let kinds_of = |item: &Item, kinds: &[&'static str]| -> Vec<&'static str> {
+        item.members().iter().map(|m| kinds[m.stage]).collect()
+    };
+    let (kinds, items) = planned(rig::EVERYTHING, Occasion::Next, &slit_of(6));
+    let at = items.iter().position(|i| matches!(i, Item::Sifted(_))).expect("a sifted kernel");
+    assert_eq!(kinds_of(&items[at], &kinds), particles);
+    assert!(matches!(&items[at + 1], Item::Held(_)));
+    assert_eq!(kinds_of(&items[at + 1], &kinds), particles[1..]);
+    // Without walls they fly freely first.
+    let (kinds, items) = planned(rig::EVERYTHING, Occasion::Next, &Sizes { wall_cells: 0, ..slit_of(6) });
+    let held = items.iter().find(|i| matches!(i, Item::Held(_))).expect("they wait for a kernel");
+    assert_eq!(kinds_of(held, &kinds), particles[2..]);
+    // Without squirmers either, nobody waits.
+    let (_, items) = planned(rig::BULK, Occasion::Next, &Sizes { wall_cells: 0, squirmers: 0, ..slit_of(0) });
+    assert!(!items.iter().any(|i| matches!(i, Item::Sifted(_) | Item::Held(_))));
+}
+
+/// In bricks the sums are made where they are used, with the ghosts; sorting is needless.
+#[test]
+fn bricks_gather_last_and_are_not_sorted() {
+    let sizes = Sizes { cells: 6400, wall_brick_cells: 64, room: 864, ..slit_of(6) };
+    let (_, items) = planned(rig::EVERYTHING, Occasion::Next, &sizes);
+    let entries = |i: &Item| i.members().iter().map(|m| m.phase.entry).collect::<Vec<_>>();
+    let bricks: Vec<_> = items.iter().filter(|i| matches!(i, Item::Bricks(..))).map(entries).collect();
+    assert_eq!(bricks, [vec!["apply", "stream", "collide", "tally"], vec!["stream", "collide", "tally"]]);
+    assert_eq!(entries(items.last().expect("kernels")), ["gather", "rotate", "restore", "clear_map"]);
+    assert!(items.iter().flat_map(entries).all(|e| e != "scatter" && e != "count"));
 }
 
 /// Entry points that share a workgroup, in order.
@@ -189,7 +269,7 @@ fn what_shares_a_workgroup() {
     assert_eq!(small(rig::EVERYTHING, 1025), [["keep_shift", "clear_bins", "shift_grid"]]);
     // Kernels over nothing are none.
     let (_, items) = planned(rig::EVERYTHING, Occasion::Next, &slit_of(6));
-    assert_eq!(items.len(), 14);
+    assert_eq!(items.len(), 15);
     assert!(items.iter().flat_map(Item::members).all(|m| !m.phase.entry.contains("bins")));
 }
 

@@ -75,7 +75,7 @@ fn measure(rig: &Rig, ghosts: &str, dt: f64) -> Result<Outcome, Trouble> {
     let mut found = Temperatures::default();
     // A rotation is forgotten within 1 tau at h = 0.1 and a fifth of that at h = 0.02.
     let judged = if dt < 0.05 { 150_000 } else { 110_000 };
-    let (steps, every) = rig.pick((5000, 10), (if ghosts == "published" { judged / 2 } else { judged }, 10));
+    let (steps, every) = rig.pick((3000, 10), (if ghosts == "published" { judged / 2 } else { judged }, 10));
     for _ in 0..steps / every {
         advance(&mut session, every)?;
         let now = bodies(&session)?;

@@ -51,7 +51,9 @@ pub const CASE: Case = Case {
 const REACH: f64 = 1.0;
 
 /// Steps between two readings.
-const EVERY: u64 = 200;
+fn between(rig: &Rig) -> u64 {
+    rig.pick(50, 200)
+}
 
 /// Swim mode of the prolate swimmers; that of the spheres follows from the Peclet number.
 const B1: f64 = 0.1;
@@ -101,7 +103,8 @@ fn measure(rig: &Rig, name: &str, shape: Spheroid, beta: f64) -> Result<Outcome,
     ];
     let planned = rig.plan("../clusters", &sets)?;
     let sizes = follow(rig, &planned)?;
-    Ok(outcome(&planned.system, &format!("{name}, beta = {beta}"), &sizes))
+    let interval = between(rig) as f64 * planned.system.run.dt;
+    Ok(outcome(&planned.system, &format!("{name}, beta = {beta}"), (&sizes, interval)))
 }
 
 /// Cluster sizes at every reading, the start included.
@@ -109,8 +112,9 @@ fn follow(rig: &Rig, planned: &Planned) -> Result<Vec<Vec<usize>>, Trouble> {
     let mut session = rig.session(planned, &rig.start(planned)?)?;
     let domain = &planned.system.domain;
     let mut series = vec![clusters(domain, &swimmers(&session)?, REACH)];
-    for _ in 0..rig.pick(400, planned.system.run.steps) / EVERY {
-        advance(&mut session, EVERY)?;
+    let every = between(rig);
+    for _ in 0..rig.pick(200, planned.system.run.steps) / every {
+        advance(&mut session, every)?;
         series.push(clusters(domain, &swimmers(&session)?, REACH));
     }
     sound(&session)?;
@@ -143,7 +147,7 @@ fn settled(series: &[Vec<usize>], value: impl Fn(&[usize]) -> f64) -> Estimate {
     Estimate { error: if found.error.is_finite() { found.error } else { 0.0 }, ..found }
 }
 
-fn outcome(system: &System, name: &str, series: &[Vec<usize>]) -> Outcome {
+fn outcome(system: &System, name: &str, (series, interval): (&[Vec<usize>], f64)) -> Outcome {
     let species = &system.species[0];
     let (shape, b1) = (species.spheroid(), species.b1);
     let n = f64::from(species.count);
@@ -181,7 +185,6 @@ fn outcome(system: &System, name: &str, series: &[Vec<usize>]) -> Outcome {
         guide: Vec::new(),
         guide_name: String::new(),
     };
-    let interval = EVERY as f64 * system.run.dt;
     let octaves = (0..).map(|k| 1usize << k).take_while(|from| *from <= species.count as usize);
     let sizes = octaves.map(|from| (from, settled(series, |s| octave(s, from))));
     let curves = vec![

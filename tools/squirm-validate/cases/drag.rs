@@ -54,7 +54,7 @@ const QUICK: [Setup; 1] = [Setup {
     offset: 0.12,
     dt: 0.1,
     velocity: 0.12,
-    steps: 5_000,
+    steps: 1_800,
     every: 40,
 }];
 

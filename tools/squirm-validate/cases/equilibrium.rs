@@ -82,7 +82,7 @@ fn law(rig: &Rig, rule: Collision) -> Result<Outcome, Trouble> {
     advance(&mut session, 100)?;
     let (mut moments, mut kurtoses, mut numbers) = (Vec::new(), Vec::new(), Vec::new());
     let mut histogram = vec![Vec::new(); BINS];
-    for _ in 0..rig.pick(200, 300) {
+    for _ in 0..rig.pick(140, 300) {
         advance(&mut session, 5)?;
         let fluid = Fluid::of(&session)?;
         let frame = Velocities::of(&fluid);

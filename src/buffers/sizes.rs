@@ -1,0 +1,113 @@
+//! How many elements each extent has in one run.
+
+use super::{Buffer, Extent};
+
+/// How the sums over the particles of a cell are made in the fused plan.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
+pub enum Gathering {
+    /// Each cell chains its particles and walks the chain: what suits a CPU.
+    #[default]
+    Chains,
+    /// Particles lie brick by brick; a workgroup adds up the sums of its brick's cells, and moves its particles on.
+    Bricks,
+}
+
+impl Gathering {
+    /// What suits a GPU with this many cells: bricks, if there are enough of them to keep all of it busy.
+    #[must_use]
+    pub fn on_gpu(cells: u64) -> Self {
+        const ENOUGH: u64 = 600;
+        if cells >= 64 * ENOUGH { Self::Bricks } else { Self::Chains }
+    }
+}
+
+/// How many elements each extent has in one run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Sizes {
+    /// Fluid particles.
+    pub particles: u64,
+    /// Collision cells.
+    pub cells: u64,
+    /// Cells in the two layers at the walls; 0 without walls.
+    pub wall_cells: u64,
+    /// Smallest patches of the two walls; 0 without walls.
+    pub wall_patches: u64,
+    /// Squirmers.
+    pub squirmers: u64,
+    /// Species.
+    pub species: u64,
+    /// Largest number of ghosts in one squirmer, rounded up to a multiple of 64.
+    pub ghost_stride: u64,
+    /// Cells along the edge of the largest box around a squirmer.
+    pub box_edge: u64,
+    /// Bins of the pair search; 0 where squirmers are few.
+    pub bins: u64,
+    /// Cells in three layers of bricks across a slit, where particles lie brick by brick; else 0.
+    pub wall_brick_cells: u64,
+    /// Particles that may wait for a kernel of their own: all, or 0 where none does.
+    pub waiting: u64,
+    /// Particles that each brick has room for, where particles lie brick by brick; else 0.
+    pub room: u64,
+    /// Blocks of a snapshot's fields.
+    pub coarse: u64,
+    /// Fluid particles that a snapshot takes.
+    pub samples: u64,
+}
+
+impl Sizes {
+    /// Elements of an extent.
+    #[must_use]
+    pub fn count(&self, extent: Extent) -> u64 {
+        match extent {
+            Extent::One => 1,
+            Extent::Particles => self.particles,
+            Extent::Cells => self.cells,
+            Extent::WallCells => self.wall_cells,
+            Extent::WallPatches => self.wall_patches,
+            Extent::Squirmers => self.squirmers,
+            Extent::Species => self.species,
+            Extent::SquirmerGhosts => self.squirmers * self.ghost_stride,
+            Extent::SquirmerColumns => self.squirmers * self.box_edge.pow(2),
+            Extent::SquirmerParts => self.squirmers * Self::parts(self.squirmers),
+            Extent::Bins => self.bins,
+            Extent::Binned => self.squirmers * self.bins.min(1),
+            Extent::Blocks => self.cells.div_ceil(1024),
+            Extent::Scans => self.cells.div_ceil(1024) * 64,
+            // Particles lie in chains only where there are no bricks.
+            Extent::Links => {
+                let particles = if self.room > 0 { 0 } else { self.particles };
+                particles.max(self.squirmers * self.ghost_stride)
+            }
+            Extent::Waiting => self.waiting,
+            Extent::Bricks => self.bricks(),
+            Extent::Rooms => self.bricks() * self.room,
+            Extent::WallBrickCells => self.wall_brick_cells,
+            Extent::Coarse => self.coarse,
+            Extent::Samples => self.samples,
+        }
+    }
+
+    /// Bricks of 64 cells, where particles lie brick by brick; else 0.
+    #[must_use]
+    pub fn bricks(&self) -> u64 {
+        if self.room > 0 { self.cells.div_ceil(64) } else { 0 }
+    }
+
+    /// How the sums over cells are made with these elements.
+    #[must_use]
+    pub fn gathering(&self) -> Gathering {
+        if self.room > 0 { Gathering::Bricks } else { Gathering::Chains }
+    }
+
+    /// Invocations that share the search for a squirmer's partners: one for each of few squirmers, and two at least, one per wall.
+    #[must_use]
+    pub fn parts(squirmers: u64) -> u64 {
+        squirmers.next_power_of_two().clamp(2, 64)
+    }
+
+    /// Bytes of a buffer; at least 16, since an empty binding is not allowed.
+    #[must_use]
+    pub fn bytes(&self, buffer: &Buffer) -> u64 {
+        (self.count(buffer.extent) * buffer.words as u64 * 4).max(16)
+    }
+}

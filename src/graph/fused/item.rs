@@ -1,0 +1,170 @@
+//! What the fused plan dispatches: kernels of stages, alone or several in one.
+
+use crate::buffers::{Extent, Sizes};
+use crate::graph::kernels::Use;
+use crate::shader::{ENTRY, Lanes, Rare, Route};
+use crate::stages::Phase;
+
+/// One kernel of a stage as the fused plan runs it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Member {
+    /// Index of its stage in the list.
+    pub stage: usize,
+    /// Its entry point and extent.
+    pub phase: Phase,
+    /// The WGSL text that has the entry point.
+    pub wgsl: &'static str,
+    /// Several invocations may share each of its elements.
+    pub shared: bool,
+    /// It does much for a few particles only, and there may be such.
+    pub rare: Option<Rare>,
+    /// It belongs to the step before: its random numbers and its repetition are that step's.
+    pub late: bool,
+    /// Which repetition of the stage it belongs to.
+    pub repetition: u32,
+    /// What it binds, under the names that it has here.
+    pub uses: Vec<Use>,
+    /// It uses `now`.
+    pub now: bool,
+}
+
+impl Member {
+    pub(super) fn writes(&self, buffer: &str) -> bool {
+        self.uses.iter().any(|u| u.buffer == buffer && u.write)
+    }
+
+    pub(super) fn makes_sums(&self) -> bool {
+        self.writes("moments")
+    }
+}
+
+/// What the fused plan dispatches.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Item {
+    /// A kernel of a stage as it is.
+    Alone(Member),
+    /// Several kernels in one, over particles or over cells.
+    Joint(Vec<Member>),
+    /// The same over particles, but the few of members that are rare wait.
+    Sifted(Vec<Member>),
+    /// The same for particles that waited.
+    Held(Vec<Member>),
+    /// The same over particles that lie brick by brick, or come there or go.
+    Bricks(Vec<Member>, Route),
+    /// Small kernels that one workgroup does one after the other.
+    Small(Vec<Member>),
+}
+
+impl Item {
+    /// What it reads and writes. Members that share a kernel hand particles, sums and operators on in registers.
+    #[must_use]
+    pub fn uses(&self) -> Vec<Use> {
+        let mut uses: Vec<Use> = Vec::new();
+        let members = self.members();
+        for used in members.iter().flat_map(|m| &m.uses) {
+            match uses.iter_mut().find(|u| u.buffer == used.buffer) {
+                // Read only if the first to use it reads it.
+                Some(known) => known.write |= used.write,
+                None => uses.push(used.clone()),
+            }
+        }
+        match self {
+            Item::Joint(_) if members.len() > 1 && members[0].makes_sums() => uses.retain(|u| u.buffer != "moments"),
+            Item::Bricks(_, route) => moved_in_bricks(&mut uses, *route),
+            Item::Sifted(_) => uses.extend(waiting(true)),
+            // They are few, and count among all before.
+            Item::Held(_) => uses.retain(|u| !["particles", "velocities_yz"].contains(&u.buffer.as_str())),
+            _ => {}
+        }
+        uses
+    }
+
+    /// What it shows as in timings; `kind` names a stage.
+    #[must_use]
+    pub fn label(&self, kind: impl Fn(usize) -> &'static str) -> String {
+        match self {
+            Item::Joint(members)
+            | Item::Sifted(members)
+            | Item::Held(members)
+            | Item::Bricks(members, _)
+            | Item::Small(members)
+                if members.len() > 1 =>
+            {
+                let mut kinds: Vec<&str> = members.iter().map(|m| kind(m.stage)).collect();
+                let mut seen = std::collections::HashSet::new();
+                kinds.retain(|kind| seen.insert(*kind));
+                kinds.join(" + ")
+            }
+            _ => format!("{} {}", kind(self.members()[0].stage), self.point()),
+        }
+    }
+
+    /// The entry point of its kernel.
+    #[must_use]
+    pub fn point(&self) -> &'static str {
+        if matches!(self, Item::Alone(_)) { self.members()[0].phase.entry } else { ENTRY }
+    }
+
+    /// Invocations for each of its elements. What cells share is the work for the ghosts of squirmers: where most have none, four invocations
+    /// that find that out cost more than sharing gains.
+    #[must_use]
+    pub fn lanes(&self, adapter: Lanes, sizes: &Sizes) -> Lanes {
+        let first = &self.members()[0];
+        let idle = first.phase.over == Extent::Cells && 2 * sizes.count(Extent::SquirmerGhosts) < sizes.cells;
+        if first.shared && !idle { adapter } else { Lanes::One }
+    }
+
+    /// The kernels in it.
+    #[must_use]
+    pub fn members(&self) -> &[Member] {
+        match self {
+            Item::Alone(member) => std::slice::from_ref(member),
+            Item::Joint(members)
+            | Item::Sifted(members)
+            | Item::Held(members)
+            | Item::Bricks(members, _)
+            | Item::Small(members) => members,
+        }
+    }
+
+    /// What it has an invocation for; bricks have a workgroup for 64 cells.
+    #[must_use]
+    pub fn over(&self) -> Extent {
+        match self {
+            Item::Bricks(_, route) if *route != Route::Enter => Extent::Cells,
+            _ => self.members()[0].phase.over,
+        }
+    }
+
+    /// After it the particles lie where they were to come next.
+    #[must_use]
+    pub fn turns(&self) -> bool {
+        matches!(self, Item::Bricks(_, Route::Enter | Route::Stay | Route::Held))
+    }
+}
+
+/// The list of particles that wait for the next kernel.
+fn waiting(write: bool) -> [Use; 2] {
+    ["held", "held_groups"].map(|name| Use { buffer: name.to_owned(), read: !write, write })
+}
+
+/// What of the particles kernels over bricks read and write, in place of the row of all.
+fn moved_in_bricks(uses: &mut Vec<Use>, route: Route) {
+    let row = ["particles", "velocities_yz"];
+    let bricks = ["bricks_xy", "bricks_zu", "bricks_vw", "brick_counts"];
+    let next = ["bricks_xy_next", "bricks_zu_next", "bricks_vw_next", "brick_counts_next"];
+    uses.retain(|u| ![&row[..], &bricks, &next].concat().contains(&u.buffer.as_str()));
+    let mut add = |names: &[&str], read, write| {
+        uses.extend(names.iter().map(|name| Use { buffer: (*name).to_owned(), read, write }));
+    };
+    match route {
+        Route::Enter => add(&row, true, false),
+        // They are few, and count among all before.
+        Route::Held => return,
+        _ => add(&bricks, true, false),
+    }
+    match route {
+        Route::Leave => add(&row, false, true),
+        _ => add(&next, false, true),
+    }
+}
