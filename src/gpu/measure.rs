@@ -180,11 +180,13 @@ impl Measurement {
             phases.extend([("clear_totals", Extent::One), ("total", Extent::Cells)]);
         }
         phases.extend([("coarsen", Extent::Coarse), ("sample", Extent::Samples)]);
+        // Nobody asks for sums over positions.
+        let constants = [("PLACES", 0.0)];
         let kernels = phases
             .iter()
             .map(|(entry, over)| {
                 let groups = groups(sizes.count(*over), *over);
-                Kernel::new(gpu, &compiled, &module, (entry, groups), (&buffers, &|_| uniform.clone()), &[])
+                Kernel::new(gpu, &compiled, &module, (entry, groups), (&buffers, &|_| uniform.clone()), &constants)
             })
             .collect::<Result<Vec<_>, _>>()?;
         Ok(Self { kernels, buffers, ring: Ring::default(), wanted, blocks, samples })
