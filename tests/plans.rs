@@ -36,6 +36,7 @@ fn left(gpu: &Gpu, path: &Path, sets: &[String], form: Form) -> (String, Vec<u32
     let mut session = Session::formed(gpu, &loaded.plan, &state, form).expect("a session");
     if form == Form::Fused {
         predicts_memory(&session, &loaded.plan);
+        assert_eq!(Some(session.sizes().gathering()), gpu.gathering, "{}", path.display());
     }
     for steps in [1, 4] {
         session.advance(steps, false);

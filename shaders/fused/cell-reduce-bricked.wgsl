@@ -7,6 +7,7 @@
 //!include fault
 //!include bricks
 //!include bricks-settle
+//!include sums-load
 //!include sums-store
 //!include energies
 //!include walls
@@ -147,31 +148,11 @@ fn sum_words(k: u32, cell: u32) -> vec3<i32> {
     return bitcast<vec3<i32>>(vec3<u32>(sum_word(k, cell), sum_word(k + 1u, cell), sum_word(k + 2u, cell)));
 }
 
-// What the sums in memory of a cell are.
-fn sums_in_memory(cell: u32) -> Sums {
-    var w: array<vec4<u32>, 6>;
-    for (var k = 0u; k < 6u; k++) {
-        w[k] = moments[6u * cell + k];
-    }
-    var s: Sums;
-    s.count = w[0].x;
-    s.v = bitcast<vec3<i32>>(w[0].yzw);
-    s.energy = w[1].x;
-    s.coarse = w[1].y;
-    s.x = bitcast<vec3<i32>>(vec3<u32>(w[1].zw, w[2].x));
-    s.diagonal = bitcast<vec3<i32>>(w[2].yzw);
-    s.mixed = bitcast<vec3<i32>>(w[3].xyz);
-    s.xv0 = bitcast<vec3<i32>>(vec3<u32>(w[3].w, w[4].xy));
-    s.xv1 = bitcast<vec3<i32>>(vec3<u32>(w[4].zw, w[5].x));
-    s.xv2 = bitcast<vec3<i32>>(w[5].yzw);
-    return s;
-}
-
 // The sums of one cell, once they are there.
 fn gathered(cell: u32) -> Sums {
     let s = sums_of_workgroup(cell % BRICK_CELLS);
     if WALLS && at_wall(row_of(cell)) {
-        return sum_of(s, sums_in_memory(cell));
+        return sum_of(s, sums_at(cell));
     }
     return s;
 }

@@ -21,18 +21,13 @@ var<immediate> now: Now;
 
 @compute @workgroup_size(WORKGROUP)
 fn enter(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
-    // The ghosts of one workgroup belong to one squirmer.
-    let first = invocation(group, groups, 0u);
-    let i = first / system.ghost_stride;
-    let index = first % system.ghost_stride + lane;
-    if i >= system.squirmer_count {
+    let whose = whose_ghost(invocation(group, groups, 0u), lane);
+    if !whose.there {
         return;
     }
+    let i = whose.squirmer;
     let kind = species[squirmers[i].species];
-    if index >= kind.ghosts {
-        return;
-    }
-    let g = ghost(i, index, kind, squirmers[i].orientation, settings.continued == 1u);
+    let g = ghost(i, whose.index, kind, squirmers[i].orientation, settings.continued == 1u);
     let position = squirmers[i].position + to_units(g.s);
     let v = moving_ghost(i, g);
     let cell = ghost_place(i, g.s).cell;

@@ -24,19 +24,14 @@ fn drawn(i: u32, index: u32) -> Ghost {
 
 @compute @workgroup_size(WORKGROUP)
 fn tally(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
-    // The ghosts of one workgroup belong to one squirmer.
-    let first = invocation(group, groups, 0u);
-    let i = first / system.ghost_stride;
-    let index = first % system.ghost_stride + lane;
-    if i >= system.squirmer_count {
+    let whose = whose_ghost(invocation(group, groups, 0u), lane);
+    if !whose.there {
         return;
     }
+    let i = whose.squirmer;
     let kind = species[squirmers[i].species];
-    if index >= kind.ghosts {
-        return;
-    }
-    let place = ghost_place(i, ghost_site(i, index, kind, squirmers[i].orientation).s);
-    join_chain(place.cell, first + lane);
+    let place = ghost_place(i, ghost_site(i, whose.index, kind, squirmers[i].orientation).s);
+    join_chain(place.cell, invocation(group, groups, lane));
 }
 
 // The sums over the ghosts in a cell's chain, which is left empty.

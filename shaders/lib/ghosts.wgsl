@@ -1,8 +1,22 @@
 // Ghost particles inside squirmers, drawn afresh wherever they are needed: a function of (seed, step, squirmer, index).
-// The including file binds `system`, `squirmers`, `ghost_motion` and `shift`, and declares `now`.
+// The including file binds `system`, `species`, `squirmers`, `ghost_motion` and `shift`, and declares `now`.
 //!include rng
 //!include spheroid
 //!include cells
+
+// Whose ghost an invocation has, its number there, and whether there is such a ghost.
+struct Whose {
+    squirmer: u32,
+    index: u32,
+    there: bool,
+}
+
+// The ghosts of one workgroup, whose first invocation is `first`, belong to one squirmer: ghost_stride is a multiple of its size.
+fn whose_ghost(first: u32, lane: u32) -> Whose {
+    let i = first / system.ghost_stride;
+    let index = first % system.ghost_stride + lane;
+    return Whose(i, index, i < system.squirmer_count && index < species[squirmers[i].species].ghosts);
+}
 
 // Where a ghost is.
 struct Site {

@@ -43,23 +43,19 @@ fn clear_sums(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) 
     }
 }
 
-// The ghosts of one workgroup belong to one squirmer: ghost_stride is a multiple of the workgroup's size.
 @compute @workgroup_size(WORKGROUP)
 fn sum(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
     clear_sums_of_workgroup(lane);
-    let first = invocation(group, groups, 0u);
-    let i = first / system.ghost_stride;
-    let index = first % system.ghost_stride + lane;
-    if i < system.squirmer_count {
+    let whose = whose_ghost(invocation(group, groups, 0u), lane);
+    let i = whose.squirmer;
+    if whose.there && settings.equipartition == 1u {
         let kind = species[squirmers[i].species];
-        if index < kind.ghosts && settings.equipartition == 1u {
-            let g = ghost(i, index, kind, squirmers[i].orientation, settings.continued == 1u);
-            collect3(lane, 0u, fixed3(g.s * SUM_SCALE));
-            collect3(lane, 3u, fixed3(g.random * SUM_SCALE));
-            collect3(lane, 6u, fixed3(cross3(g.s, g.random) * SUM_SCALE));
-            collect3(lane, 9u, fixed3(g.s * g.s * SUM_SCALE));
-            collect3(lane, 12u, fixed3(vec3<f32>(g.s.x * g.s.y, g.s.x * g.s.z, g.s.y * g.s.z) * SUM_SCALE));
-        }
+        let g = ghost(i, whose.index, kind, squirmers[i].orientation, settings.continued == 1u);
+        collect3(lane, 0u, fixed3(g.s * SUM_SCALE));
+        collect3(lane, 3u, fixed3(g.random * SUM_SCALE));
+        collect3(lane, 6u, fixed3(cross3(g.s, g.random) * SUM_SCALE));
+        collect3(lane, 9u, fixed3(g.s * g.s * SUM_SCALE));
+        collect3(lane, 12u, fixed3(vec3<f32>(g.s.x * g.s.y, g.s.x * g.s.z, g.s.y * g.s.z) * SUM_SCALE));
     }
     workgroupBarrier();
     if lane < WORKGROUP_SUMS && i < system.squirmer_count {
@@ -112,17 +108,13 @@ fn prepare(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) gro
 
 @compute @workgroup_size(WORKGROUP)
 fn fill(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
-    let first = invocation(group, groups, 0u);
-    let i = first / system.ghost_stride;
-    let index = first % system.ghost_stride + lane;
-    if i >= system.squirmer_count {
+    let whose = whose_ghost(invocation(group, groups, 0u), lane);
+    if !whose.there {
         return;
     }
+    let i = whose.squirmer;
     let kind = species[squirmers[i].species];
-    if index >= kind.ghosts {
-        return;
-    }
-    let g = ghost(i, index, kind, squirmers[i].orientation, settings.continued == 1u);
+    let g = ghost(i, whose.index, kind, squirmers[i].orientation, settings.continued == 1u);
     let place = ghost_place(i, g.s);
     deposit(ONE_GHOST, place.cell, place.offset, moving_ghost(i, g), Witness(SITE_SQUIRMER_FILL, i, now.step_low));
 }
@@ -131,20 +123,16 @@ fn fill(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups
 @compute @workgroup_size(WORKGROUP)
 fn receive(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
     clear_sums_of_workgroup(lane);
-    let first = invocation(group, groups, 0u);
-    let i = first / system.ghost_stride;
-    let index = first % system.ghost_stride + lane;
-    if i < system.squirmer_count {
-        let kind = species[squirmers[i].species];
-        if index < kind.ghosts {
-            let g = ghost(i, index, kind, squirmers[i].orientation, settings.continued == 1u);
-            let place = ghost_place(i, g.s);
-            let v = moving_ghost(i, g);
-            let gain = collided(operator_at(place.cell), place.offset, v) - v;
-            let by = Witness(SITE_SQUIRMER_FILL, i, now.step_low);
-            collect3(lane, 0u, impulse_fixed(gain, FORCE_SCALE, by));
-            collect3(lane, 3u, impulse_fixed(cross3(g.s, gain), TORQUE_SCALE, by));
-        }
+    let whose = whose_ghost(invocation(group, groups, 0u), lane);
+    let i = whose.squirmer;
+    if whose.there {
+        let g = ghost(i, whose.index, species[squirmers[i].species], squirmers[i].orientation, settings.continued == 1u);
+        let place = ghost_place(i, g.s);
+        let v = moving_ghost(i, g);
+        let gain = collided(operator_at(place.cell), place.offset, v) - v;
+        let by = Witness(SITE_SQUIRMER_FILL, i, now.step_low);
+        collect3(lane, 0u, impulse_fixed(gain, FORCE_SCALE, by));
+        collect3(lane, 3u, impulse_fixed(cross3(g.s, gain), TORQUE_SCALE, by));
     }
     workgroupBarrier();
     if lane < 6u && i < system.squirmer_count {

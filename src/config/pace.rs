@@ -41,8 +41,8 @@ mod tests {
         // One H100 80GB, microseconds per step: energy, slit, slit-800, channel-100, small, crowd-3700 of `squirm bench`.
         for (sizes, measured) in [
             (fluid(10_000_000, 0), 454.0),
-            (fluid(54_000_000, 180_000), 3080.0),
-            (with(fluid(4_300_000, 180_000), 800), 1161.0),
+            (fluid(54_000_000, 180_000), 3011.0),
+            (with(fluid(4_300_000, 180_000), 800), 1154.0),
             (with(fluid(10_550_000, 36_000), 100), 905.0),
             (Sizes { ghost_stride: 832, ..with(fluid(101_000, 2000), 10) }, 133.0),
             (Sizes { ghost_stride: 768, ..with(fluid(22_300_000, 0), 3700) }, 2193.0),

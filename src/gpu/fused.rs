@@ -137,6 +137,7 @@ impl Fused {
             let made = &self.made[*k];
             let members = made.item.members();
             let member = members.iter().find(|m| m.now).unwrap_or(&members[0]);
+            // The lists of particles that wait go by the step, and nothing there draws random numbers of the one before.
             let lists = matches!(made.item, Item::Sifted(_) | Item::Held(_));
             let now = Now::at(if member.late && !lists { step - 1 } else { step }, member.repetition);
             match (&made.item, &self.held_groups) {

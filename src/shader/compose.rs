@@ -40,6 +40,7 @@ const LIBRARY: &[(&str, &str)] = &[
     ("rng", include_str!("../../shaders/lib/rng.wgsl")),
     ("spheroid", include_str!("../../shaders/lib/spheroid.wgsl")),
     ("steric", include_str!("../../shaders/lib/steric.wgsl")),
+    ("sums-load", include_str!("../../shaders/lib/sums-load.wgsl")),
     ("sums-store", include_str!("../../shaders/lib/sums-store.wgsl")),
     ("symmetric", include_str!("../../shaders/lib/symmetric.wgsl")),
     ("wall-impulse", include_str!("../../shaders/lib/wall-impulse.wgsl")),
