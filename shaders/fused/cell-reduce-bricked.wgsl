@@ -35,8 +35,8 @@ fn tallied(i: u32, p: Particle) -> Particle {
     if i == 0u {
         atomicStore(&brick_total[0], 0u);
     }
-    let brick = brick_at(p.position);
-    enter_brick(brick, atomicAdd(&brick_counts_next[brick], 1u), p, i);
+    let brick = brick_number(brick_place_at(p.position));
+    enter_brick(brick, atomicAdd(&brick_counts_next[brick], 1u), p, Witness(SITE_CELL_REDUCE, i, now.step_low));
     return p;
 }
 
@@ -60,6 +60,13 @@ fn place_in_row(count: u32, lane: u32) -> u32 {
 
 // The sums of the brick's cells: the first word of all, then the second.
 var<workgroup> brick_sums: array<atomic<u32>, 1536>;
+
+// To be followed by a barrier.
+fn clear_sums(lane: u32) {
+    for (var k = lane; k < 24u * BRICK_CELLS; k += BRICK_LANES) {
+        atomicStore(&brick_sums[k], 0u);
+    }
+}
 
 fn add_word(k: u32, cell: u32, word: u32) {
     atomicAdd(&brick_sums[k * BRICK_CELLS + cell], word);
@@ -100,25 +107,39 @@ fn row_of(cell: u32) -> u32 {
     return 4u * (cell / BRICK_CELLS / n.x % n.y) + cell / 4u % 4u;
 }
 
-// Adds up the particles of a brick; those at walls only if asked for.
-fn add_particles(brick: u32, lane: u32, walls: bool) {
-    let count = particles_of_brick(brick, lane);
-    for (var k = lane; k < count; k += BRICK_LANES) {
-        let slot = brick * system.room + k;
-        let p = particle_in_brick(slot);
-        let place = locate(p.position, vec3<u32>(shift[0], shift[1], shift[2]));
-        let fault = fault_of(square_of(p.velocity));
-        if fault != 0u {
-            report(fault, place.cell, Witness(SITE_CELL_REDUCE, slot, now.step_low));
-        } else if walls || !at_wall(split(p.position.y + shift[1], system.period.y).x) {
-            add_to_cell(place.cell % BRICK_CELLS, contribution(ONE_PARTICLE, place.offset, p.velocity));
-        }
+// The row along y of the cell that a particle is in.
+fn row_at(y: u32) -> u32 {
+    return split(y + shift[1], system.period.y).x;
+}
+
+// Adds to its cell's sums a particle, if there is one, unless a wall cuts that cell.
+fn add_particle(is_one: bool, p: Particle) {
+    if is_one && !at_wall(row_at(p.position.y)) {
+        add_anywhere(p);
     }
+}
+
+fn add_anywhere(p: Particle) {
+    let place = locate(p.position, vec3<u32>(shift[0], shift[1], shift[2]));
+    let fault = fault_of(square_of(p.velocity));
+    if fault != 0u {
+        report(fault, place.cell, Witness(SITE_CELL_REDUCE, UNKNOWN, now.step_low));
+        return;
+    }
+    add_to_cell(place.cell % BRICK_CELLS, contribution(ONE_PARTICLE, place.offset, p.velocity));
 }
 
 // Adds up the sums of all cells of a brick, with the ghosts at the end of its room; cells at walls have their particles in memory.
 fn gather_brick(brick: u32, lane: u32) {
-    add_particles(brick, lane, false);
+    clear_sums(lane);
+    let count = particles_of_brick(brick, lane);
+    for (var k = lane; k < count; k += BRICK_LANES) {
+        add_particle(true, particle_in_brick(brick * system.room + k));
+    }
+    add_ghosts(brick, lane);
+}
+
+fn add_ghosts(brick: u32, lane: u32) {
     let ghosts = ghosts_of_brick(brick, lane);
     for (var k = lane; k < ghosts; k += BRICK_LANES) {
         let g = particle_in_brick((brick + 1u) * system.room - 1u - k);
@@ -135,7 +156,7 @@ var<workgroup> ghost_count: u32;
 
 fn ghosts_of_brick(brick: u32, lane: u32) -> u32 {
     if lane == 0u {
-        ghost_count = atomicLoad(&brick_ghosts[brick]);
+        ghost_count = min(atomicLoad(&brick_ghosts[brick]), system.room);
     }
     return workgroupUniformLoad(&ghost_count);
 }
@@ -201,7 +222,15 @@ fn gather_walls(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups
         return;
     }
     let brick = (k / n.x % n.z * n.y + y) * n.x + k % n.x;
-    add_particles(brick, lane, true);
+    clear_sums(lane);
+    let count = particles_of_brick(brick, lane);
+    for (var k = lane; k < count; k += BRICK_LANES) {
+        let slot = brick * system.room + k;
+        let row = row_at(bricks_xy[slot].y);
+        if row < 2u || row + 2u >= system.cells.y {
+            add_anywhere(particle_in_brick(slot));
+        }
+    }
     workgroupBarrier();
     if lane < BRICK_CELLS {
         store_sums(brick * BRICK_CELLS + lane, sums_of_workgroup(lane));

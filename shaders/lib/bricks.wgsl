@@ -1,7 +1,8 @@
 // Particles brick by brick: 4 x 4 x 4 cells have room for system.room of them, side by side, and one workgroup does all its work for them.
 // The including file binds `system`, `bricks_xy`, `bricks_zu`, `bricks_vw` (read_write) and `brick_counts` (as atomics).
+// Workgroup memory is cleared where it has to be.
 //!include particle
-const BRICK_LANES: u32 = 224u;
+const BRICK_LANES: u32 = 192u;
 // Of a kernel for a few of them.
 const HELD_LANES: u32 = 64u;
 const BRICK_CELLS: u32 = 64u;
@@ -28,6 +29,14 @@ fn particles_of_brick(brick: u32, lane: u32) -> u32 {
 fn particle_in_brick(slot: u32) -> Particle {
     let zu = bricks_zu[slot];
     return Particle(vec3<u32>(bricks_xy[slot], zu.x), vec3<f32>(bitcast<f32>(zu.y), bricks_vw[slot]));
+}
+
+// The particle in the k-th place of a brick that has so many.
+fn fetched(brick: u32, k: u32, count: u32) -> Particle {
+    if k < count {
+        return particle_in_brick(brick * system.room + k);
+    }
+    return Particle();
 }
 
 fn store_in_brick(slot: u32, p: Particle) {

@@ -48,6 +48,8 @@ pub struct Sizes {
     pub waiting: u64,
     /// Particles that each brick has room for, where particles lie brick by brick; else 0.
     pub room: u64,
+    /// One kernel makes the sums and operators of a brick and moves its particles on.
+    pub at_once: bool,
     /// Blocks of a snapshot's fields.
     pub coarse: u64,
     /// Fluid particles that a snapshot takes.

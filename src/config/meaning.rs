@@ -114,7 +114,7 @@ pub fn meaning(loaded: &Loaded) -> Meaning {
         shared: shared(plan, *particles),
         disk_per_step: plan.outputs.iter().map(|o| disk(plan, o, *particles)).sum(),
         checkpoint,
-        seconds_per_step: pace::step(&elements),
+        seconds_per_step: pace::step(&elements, graph::places(plan)),
     }
 }
 

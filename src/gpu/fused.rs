@@ -72,7 +72,7 @@ impl Ordered {
             Item::Sifted(members) => sifted(members, Over::Sifted, stages)?,
             Item::Held(members) => sifted(members, Over::Held, stages)?,
             Item::Bricks(members, route) => bricks(members, *route, stages)?,
-            Item::Alone(m) => stages[m.stage].0.fused_module(m.wgsl, item.lanes(self.lanes, sizes))?,
+            Item::Alone(m) => stages[m.stage].0.fused_module(&m.text(), item.lanes(self.lanes, sizes))?,
             Item::Small(members) => small::module(members, stages, sizes)?,
         };
         self.kernels.push((item, module));

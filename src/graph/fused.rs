@@ -4,6 +4,7 @@
 //! Kernels in between run before or after the joint one as far as the buffers allow that they truly bind. Small ones are joined in the end
 //! ([`small`]).
 
+mod at_once;
 mod item;
 
 pub use item::{Item, Member};
@@ -34,7 +35,12 @@ pub fn sizes(plan: &Plan, particles: u64, gathering: Option<Gathering>) -> Sizes
     let layer: u64 = [cells[0], cells[2]].iter().map(|n| u64::from(n.div_ceil(4))).product();
     let wall_brick_cells = if sizes.wall_cells > 0 { 3 * 64 * layer } else { 0 };
     let bricks = Sizes { room: packed::brick_room(&plan.system), wall_brick_cells, ..sizes };
-    if fit_for_bricks(plan, &bricks) { bricks } else { waiting_in(plan, sizes) }
+    if fit_for_bricks(plan, &bricks) {
+        let at_once = at_once::possible(&[stages(plan, true), stages(plan, false)], &bricks);
+        Sizes { at_once, ..bricks }
+    } else {
+        waiting_in(plan, sizes)
+    }
 }
 
 /// With particles that wait, if every step has one kernel that makes them wait: it empties the list of the next step.
@@ -105,16 +111,22 @@ pub enum Occasion {
     Last,
 }
 
-/// The order of kernels on an occasion; a stage is its entry, how often it repeats within a step, and whether it runs in this step.
-/// Kernels over nothing are left out.
+/// A stage of a fused step: its entry, how often it repeats within the step, and whether it runs in this one.
+type Staged = (&'static Entry, u32, bool);
+
+/// The order of kernels on an occasion. Kernels over nothing are left out.
 ///
 /// # Errors
 /// If the WGSL of a stage is not valid.
-pub fn items(
-    stages: &[(&'static Entry, u32, bool)],
-    occasion: Occasion,
-    sizes: &Sizes,
-) -> Result<Vec<Item>, ShaderError> {
+pub fn items(stages: &[Staged], occasion: Occasion, sizes: &Sizes) -> Result<Vec<Item>, ShaderError> {
+    match sizes.at_once {
+        true => Ok(at_once::items(stages, occasion, sizes)?.expect("it was found to be possible")),
+        false => parted(stages, occasion, sizes),
+    }
+}
+
+/// The order in which the sums over cells have kernels of their own.
+fn parted(stages: &[Staged], occasion: Occasion, sizes: &Sizes) -> Result<Vec<Item>, ShaderError> {
     let apply = stages.iter().position(|(entry, ..)| entry.kind == APPLY).unwrap_or(stages.len());
     let mut list = Vec::new();
     let gathering = sizes.gathering();
@@ -208,10 +220,6 @@ fn member(
     (late, repetition): (bool, u32),
 ) -> Result<Member, ShaderError> {
     let (mut uses, now) = reflected(entry, wgsl, phase.entry)?;
-    if late && entry.kind == APPLY {
-        // By then the grid has been moved.
-        uses.iter_mut().filter(|u| u.buffer == "shift").for_each(|u| "shift_before".clone_into(&mut u.buffer));
-    }
     // What is written to come next is read under its other name.
     let next = |u: &Use| {
         let name = u.buffer.strip_suffix("_next").filter(|name| u.write && find(name).is_some())?;
@@ -220,12 +228,18 @@ fn member(
     let turned: Vec<Use> = uses.iter().filter_map(next).collect();
     uses.extend(turned);
     let shared = entry.shared.contains(&phase.entry);
-    Ok(Member { stage, phase, wgsl, shared, rare: entry.rarely(phase.entry), late, repetition, uses, now })
+    let member = Member { stage, phase, wgsl, shared, rare: entry.rarely(phase.entry), late, repetition, uses, now };
+    // By the time that it is applied the grid has been moved.
+    Ok(if late && entry.kind == APPLY { member.after_the_shift() } else { member })
 }
 
-/// One of them writes what the other uses. Faults are flags that are only ever added.
+/// What a step only ever adds to, in any order.
+const ADDED: [&str; 2] = ["faults", "wall_impulses"];
+
+/// One of them writes what the other uses.
 pub(super) fn conflict(a: &Member, b: &Member) -> bool {
-    a.uses.iter().any(|x| b.uses.iter().any(|y| x.buffer == y.buffer && (x.write || y.write) && x.buffer != "faults"))
+    let clash = |x: &Use, y: &Use| x.buffer == y.buffer && (x.write || y.write) && !ADDED.contains(&x.buffer.as_str());
+    a.uses.iter().any(|x| b.uses.iter().any(|y| clash(x, y)))
 }
 
 fn arranged(list: Vec<Member>, stages: &[(&'static Entry, u32, bool)], route: Option<Route>) -> Vec<Item> {
@@ -326,7 +340,8 @@ pub fn bricks(members: &[Member], route: Route, stages: &[(&'static Entry, u32, 
             late: false,
         }));
     }
-    fuse(&parts, Over::Bricks(route))
+    let cells = members.iter().take_while(|m| m.phase.over == Extent::Cells).count();
+    fuse(&parts, Over::Bricks { route, cells })
 }
 
 /// The kernel of joint members.

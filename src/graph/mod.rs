@@ -9,6 +9,6 @@ pub mod sizes;
 pub mod small;
 pub mod traffic;
 
-pub use kernels::{Kernel, Use, constants, kernels};
+pub use kernels::{Kernel, Use, constants, kernels, places};
 pub use plan::{AnalyzerProgram, Checkpoints, Output, Plan, PlannedStage};
 pub use sizes::{SHOWN, memory, sizes};

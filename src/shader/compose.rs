@@ -29,6 +29,7 @@ const LIBRARY: &[(&str, &str)] = &[
     ("moments-load", include_str!("../../shaders/lib/moments-load.wgsl")),
     ("nearest", include_str!("../../shaders/lib/nearest.wgsl")),
     ("operator", include_str!("../../shaders/lib/operator.wgsl")),
+    ("operator-brick", include_str!("../../shaders/lib/operator-brick.wgsl")),
     ("operator-load", include_str!("../../shaders/lib/operator-load.wgsl")),
     ("operator-store", include_str!("../../shaders/lib/operator-store.wgsl")),
     ("particle", include_str!("../../shaders/lib/particle.wgsl")),

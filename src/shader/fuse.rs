@@ -53,7 +53,12 @@ pub enum Over {
     /// Particles that waited.
     Held,
     /// Particles that lie brick by brick, one workgroup for each brick; a part without a function only declares.
-    Bricks(Route),
+    Bricks {
+        /// Whence and whither.
+        route: Route,
+        /// So many of the first parts are those over cells of bricks: they make the operators that the others apply.
+        cells: usize,
+    },
     /// Cells of bricks: as cells, after a first function that makes the sums of one once `gather_brick` has made those of the brick.
     BrickCells {
         /// The operators in memory matter.
@@ -131,7 +136,7 @@ pub fn fuse(parts: &[Part<'_>], over: Over) -> Result<Module, ShaderError> {
     let mut includes = vec!["dispatch".to_owned()];
     let (mut bindings, mut bodies, mut declarations) = (Vec::new(), String::new(), String::new());
     includes.extend(match over {
-        Over::Particles | Over::Bricks(Route::Leave) => vec!["particles-store".to_owned()],
+        Over::Particles | Over::Bricks { route: Route::Leave, .. } => vec!["particles-store".to_owned()],
         Over::Sifted => {
             bindings.extend(held_bindings(true));
             vec!["particles-store".to_owned(), "held-store".to_owned()]
@@ -140,7 +145,8 @@ pub fn fuse(parts: &[Part<'_>], over: Over) -> Result<Module, ShaderError> {
             bindings.extend(held_bindings(false));
             vec!["particles-store".to_owned(), "held".to_owned()]
         }
-        Over::Bricks(_) => vec!["particles".to_owned()],
+        Over::Bricks { cells: 0, .. } => vec!["particles".to_owned()],
+        Over::Bricks { .. } => ["particles", "operator-brick", "operator-store"].map(str::to_owned).to_vec(),
         Over::BrickCells { operators } => {
             let loads = [operators.then_some("operator-load")];
             loads.into_iter().flatten().chain(["operator-store"]).map(str::to_owned).collect()
@@ -156,9 +162,16 @@ pub fn fuse(parts: &[Part<'_>], over: Over) -> Result<Module, ShaderError> {
         }
         let mut text = part.wgsl.replace("settings.", &format!("{}.", settings_name(part.kind)));
         if part.late {
-            text = text.replace("shift[", "shift_before[");
+            text = after_the_shift(&text);
         }
-        take(&text, part, &mut includes, &mut bindings, &mut bodies);
+        // What one text has for two parts stands once.
+        let mut again = String::new();
+        let known = parts[..k].iter().any(|p| p.wgsl == part.wgsl);
+        take(&text, part, &mut includes, &mut bindings, if known { &mut again } else { &mut bodies });
+    }
+    if matches!(over, Over::Bricks { cells: 1.., .. }) {
+        // Operators stay in the workgroup.
+        includes.retain(|name| name != "operator-load");
     }
     let mut text = String::new();
     for name in &includes {
@@ -170,6 +183,12 @@ pub fn fuse(parts: &[Part<'_>], over: Over) -> Result<Module, ShaderError> {
     text.push_str(&entry(parts, over));
     let kinds: Vec<&str> = parts.iter().map(|p| p.kind).collect();
     Module::new(&kinds.join(" + "), &text, &declarations)
+}
+
+/// WGSL of a stage that comes when the grid has been moved: the shift that it asks for is the one before.
+#[must_use]
+pub fn after_the_shift(wgsl: &str) -> String {
+    wgsl.replace("shift[", "shift_before[").replace("> shift:", "> shift_before:")
 }
 
 /// A variable of a fused module.
@@ -230,7 +249,6 @@ fn bind(line: &str, part: &Part<'_>, bindings: &mut Vec<Bound>) {
     let (name, ty) = rest.trim_end_matches(';').split_once(": ").unwrap_or(("", ""));
     let name = match name {
         "settings" => settings_name(part.kind),
-        "shift" if part.late => "shift_before".to_owned(),
         name => name.to_owned(),
     };
     match bindings.iter_mut().find(|b| b.name == name) {
@@ -242,16 +260,19 @@ fn bind(line: &str, part: &Part<'_>, bindings: &mut Vec<Bound>) {
 
 fn entry(parts: &[Part<'_>], over: Over) -> String {
     let lines = match over {
-        Over::Particles | Over::Bricks(Route::Enter) => each_particle(parts, over == Over::Particles),
+        Over::Particles | Over::Bricks { route: Route::Enter, .. } => each_particle(parts, over == Over::Particles),
         Over::Sifted => each_sifted(parts),
         Over::Held => each_held(parts),
-        Over::Bricks(route) => each_brick(parts, route),
+        Over::Bricks { route, cells } => {
+            let (made, moved) = parts.split_at(cells);
+            each_brick(made, moved, route)
+        }
         Over::BrickCells { operators } => each_brick_cell(parts, operators),
         Over::Cells { sums, operators } => each_cell(parts, sums, operators),
     };
     let (size, index) = match over {
-        Over::Bricks(Route::Held) => ("HELD_LANES", "brick_of(group, groups)"),
-        Over::Bricks(Route::Stay | Route::Sift | Route::Leave) | Over::BrickCells { .. } => {
+        Over::Bricks { route: Route::Held, .. } => ("HELD_LANES", "brick_of(group, groups)"),
+        Over::Bricks { route: Route::Stay | Route::Sift | Route::Leave, .. } | Over::BrickCells { .. } => {
             ("BRICK_LANES", "brick_of(group, groups)")
         }
         _ => ("WORKGROUP", "invocation(group, groups, lane)"),
@@ -270,35 +291,47 @@ fn moves(parts: &[Part<'_>]) -> String {
     own.map(|part| format!("p = {}(i, p);", part.function)).collect::<Vec<_>>().join(" ")
 }
 
-/// The last part of those who stay is replaced by what settles a whole workgroup's particles.
-fn each_brick(parts: &[Part<'_>], route: Route) -> Vec<String> {
-    let mut lines = vec![
-        "if index * BRICK_CELLS >= system.cell_count { return; }".to_owned(),
-        "let count = particles_of_brick(index, lane);".to_owned(),
+/// Particles of a brick that an invocation has at a time, where all of them move.
+const PER_LANE: usize = 4;
+
+/// One line for each of the particles that an invocation has; `#` in it is which, `NTH` its place in the brick.
+fn for_each(most: usize, lanes: &str, line: &str) -> String {
+    let one = |k: usize| line.replace("NTH", &format!("base + {k}u * {lanes} + lane")).replace('#', &k.to_string());
+    (0..most).map(one).collect::<Vec<_>>().join(" ")
+}
+
+/// The operators of a brick's cells, made and kept in the workgroup; those of cells at walls in memory, too, for what the walls receive.
+/// The particles, or the last of them if there are many, stay at hand.
+fn made_and_kept(parts: &[Part<'_>]) -> Vec<String> {
+    let head = [
+        format!("for (var base = 0u; base < count; base += {PER_LANE}u * BRICK_LANES) {{"),
+        for_each(PER_LANE, "BRICK_LANES", "p# = fetched(index, NTH, count);"),
+        for_each(PER_LANE, "BRICK_LANES", "add_particle(NTH < count, p#);"),
+        "}".to_owned(),
+        "add_ghosts(index, lane);".to_owned(),
+        "if lane < BRICK_CELLS {".to_owned(),
+        "let i = index * BRICK_CELLS + lane;".to_owned(),
     ];
-    if route != Route::Leave {
-        let lanes = if route == Route::Held { "HELD_LANES" } else { "BRICK_LANES" };
-        let parts = &parts[..parts.len() - 1];
-        let (calls, hold) = match route {
-            // Places of those held back have been read already.
-            Route::Sift => (
-                format!("{} if held {{ kept = atomicAdd(&held_back, 1u); }}", sifting(parts)),
-                "    if held { store_in_brick(index * system.room + kept, p); }",
-            ),
-            _ => (format!("{} q = p;", moves(parts)), ""),
-        };
-        lines.extend([
-            "let place = brick_place(index);".to_owned(),
-            format!("for (var first = 0u; first < count; first += {lanes}) {{"),
-            "    let i = index * system.room + first + lane;".to_owned(),
-            "    let has_one = first + lane < count;".to_owned(),
-            "    var p: Particle; var q: Particle; var held = false; var kept = 0u;".to_owned(),
-            format!("    if has_one {{ p = particle_in_brick(i); {calls} }}"),
-            "    settle_in_brick(has_one && !held, q, i, place, lane);".to_owned(),
-            hold.to_owned(),
-            "}".to_owned(),
-        ]);
-    } else {
+    let tail = [
+        "keep_operator(lane, o);",
+        "if WALLS && at_wall(row_of(i)) { store_operator(i, o); }",
+        "}",
+        "workgroupBarrier();",
+    ];
+    head.into_iter().chain(operator(parts, true, false)).chain(tail.map(str::to_owned)).collect()
+}
+
+/// A brick's particles, moved on. The last part of those who stay is replaced by what settles them. `made`: parts that make the operators first,
+/// of the step before.
+fn each_brick(made: &[Part<'_>], parts: &[Part<'_>], route: Route) -> Vec<String> {
+    let head = [
+        "if index * BRICK_CELLS >= system.cell_count { return; }",
+        if route == Route::Leave { "" } else { "clear_going(lane);" },
+        if made.is_empty() { "" } else { "clear_sums(lane);" },
+        "let count = particles_of_brick(index, lane);",
+    ];
+    let mut lines: Vec<String> = head.map(str::to_owned).to_vec();
+    if route == Route::Leave {
         lines.extend([
             "let first = place_in_row(count, lane);".to_owned(),
             "for (var k = lane; k < count; k += BRICK_LANES) {".to_owned(),
@@ -306,8 +339,43 @@ fn each_brick(parts: &[Part<'_>], route: Route) -> Vec<String> {
             format!("    var p = particle_in_brick(i); {}", moves(parts)),
             "    store_particle(first + k, p);".to_owned(),
             "}".to_owned(),
+            "if lane == 0u { atomicStore(&brick_counts[index], 0u); }".to_owned(),
         ]);
+        return lines;
     }
+    // Those that only move are better fetched as they go: so more workgroups are at work at a time.
+    let (lanes, most) = match route {
+        Route::Held => ("HELD_LANES", 1),
+        _ => ("BRICK_LANES", if made.is_empty() { 1 } else { PER_LANE }),
+    };
+    let each = |line: &str| for_each(most, lanes, line);
+    lines.push(each("var p#: Particle;"));
+    let (fetch, step) = if made.is_empty() {
+        (String::new(), "now.step_low")
+    } else {
+        lines.extend(made_and_kept(made));
+        // Those at hand need not be fetched again.
+        (format!("if count > {most}u * {lanes} "), "now.step_low + 1u")
+    };
+    let parts = &parts[..parts.len() - 1];
+    let (calls, what) = match route {
+        Route::Sift => (
+            format!("var held = false; {}", sifting(parts)),
+            "if held { p# = p; what# = hold(); } else { p# = q; what# = leave(q, place); }",
+        ),
+        _ => (moves(parts), "p# = p; what# = leave(p, place);"),
+    };
+    let one = "if NTH < count { let i = index * system.room + NTH; var p = p#; var q: Particle;";
+    lines.extend([
+        "let place = brick_place(index);".to_owned(),
+        format!("for (var base = 0u; base < count; base += {most}u * {lanes}) {{"),
+        format!("{fetch}{{ {} }}", each("p# = fetched(index, NTH, count);")),
+        each("var what# = NOBODY;"),
+        each(&format!("{one} {calls} {what} }}")),
+        "ask_for_places(place, lane);".to_owned(),
+        each(&format!("arrive(what#, p#, place, index * system.room + NTH, {step});")),
+        "}".to_owned(),
+    ]);
     let left = if route == Route::Sift { "atomicLoad(&held_back)" } else { "0u" };
     lines.push(format!("if lane == 0u {{ atomicStore(&brick_counts[index], {left}); }}"));
     lines
@@ -389,8 +457,15 @@ fn each_cell(parts: &[Part<'_>], sums: bool, operators: bool) -> Vec<String> {
     head.map(str::to_owned).into_iter().chain(collision(parts, sums, operators)).collect()
 }
 
-/// From the sums of cell `i` to its operator.
+/// From the sums of cell `i` to its operator in memory.
 fn collision(parts: &[Part<'_>], sums: bool, operators: bool) -> Vec<String> {
+    let mut lines = operator(parts, sums, operators);
+    lines.push("store_operator(i, o);".to_owned());
+    lines
+}
+
+/// From the sums of cell `i` to its operator `o`.
+fn operator(parts: &[Part<'_>], sums: bool, operators: bool) -> Vec<String> {
     let mut lines = vec![if sums {
         format!("let m = moments_of({}(i));", parts[0].function)
     } else {
@@ -402,6 +477,5 @@ fn collision(parts: &[Part<'_>], sums: bool, operators: bool) -> Vec<String> {
         false => format!("o = {}(i, m, o);", part.function),
     };
     lines.extend(parts[usize::from(sums)..].iter().map(call));
-    lines.push("store_operator(i, o);".to_owned());
     lines
 }

@@ -183,6 +183,7 @@ pub fn sizes(system: &System, particles: u64) -> Sizes {
         waiting: 0,
         wall_brick_cells: 0,
         room: 0,
+        at_once: false,
         coarse: 0,
         samples: 0,
     }

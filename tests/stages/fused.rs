@@ -192,6 +192,7 @@ const FEW_GHOSTS: Sizes = Sizes {
     waiting: 1000,
     wall_brick_cells: 0,
     room: 0,
+    at_once: false,
     coarse: 0,
     samples: 0,
 };
@@ -246,6 +247,57 @@ fn bricks_gather_last_and_are_not_sorted() {
     assert_eq!(bricks, [vec!["apply", "stream", "collide", "tally"], vec!["stream", "collide", "tally"]]);
     assert_eq!(entries(items.last().expect("kernels")), ["gather", "rotate", "restore", "clear_map"]);
     assert!(items.iter().flat_map(entries).all(|e| e != "scatter" && e != "count"));
+}
+
+/// Without squirmers nothing lies between a collision and the next motion: both are one kernel, which needs the shift of either step.
+#[test]
+fn a_fluid_alone_collides_and_moves_in_one_kernel() {
+    let entries = |i: &Item| i.members().iter().map(|m| m.phase.entry).collect::<Vec<_>>();
+    let collision = ["gather", "rotate", "restore"];
+    let motion = ["stream", "tally"];
+    let both = [&collision[..], &["apply"], &motion].concat();
+    let sizes = Sizes { cells: 6400, room: 864, at_once: true, wall_cells: 0, ..slit_of(0) };
+    let order = |occasion, sizes| planned(rig::BULK, occasion, sizes).1;
+    let shift = vec!["keep_shift", "shift_grid"];
+    assert_eq!(
+        order(Occasion::First, &sizes).iter().map(entries).collect::<Vec<_>>(),
+        [vec!["shift_grid"], motion.to_vec()]
+    );
+    let next = order(Occasion::Next, &sizes);
+    assert_eq!(next.iter().map(entries).collect::<Vec<_>>(), [shift.clone(), both.clone()]);
+    assert_eq!(
+        order(Occasion::Last, &sizes).iter().map(entries).collect::<Vec<_>>(),
+        [collision.to_vec(), vec!["apply"]]
+    );
+    let shifts = |i: &Item| {
+        let names = |m: &squirm::graph::fused::Member| m.uses.iter().map(|u| u.buffer.clone()).collect::<Vec<_>>();
+        i.members().iter().map(|m| names(m).into_iter().find(|n| n.starts_with("shift"))).collect::<Vec<_>>()
+    };
+    let before = Some("shift_before".to_owned());
+    assert_eq!(shifts(&next[1]), [&before, &None, &None, &before, &None, &Some("shift".to_owned())].map(Clone::clone));
+    // Walls receive after it, still with the shift before, and are filled once everybody has moved.
+    let walled = Sizes { wall_brick_cells: 64, ..Sizes { wall_cells: slit_of(0).wall_cells, ..sizes } };
+    let in_slit: Vec<&str> = rig::EVERYTHING.iter().copied().filter(|k| !k.starts_with("squirmer")).collect();
+    let next = planned(&in_slit, Occasion::Next, &walled).1;
+    let expected =
+        [shift, both, vec!["receive"], motion.to_vec(), vec!["gather_walls"], vec!["observe"], vec!["average"]];
+    assert_eq!(next.iter().map(entries).collect::<Vec<_>>()[..7], expected);
+    assert_eq!(shifts(&next[2]), [before]);
+    assert!(next[2].members()[0].text().contains("shift_before["));
+}
+
+/// Squirmers move by what their ghosts received.
+#[test]
+fn squirmers_come_between_a_collision_and_the_next_motion() {
+    let (slit, start) = active_slit();
+    let at_once = |system: &System, kinds: &[&str]| {
+        let plan = rig::plan(system, kinds, &[]);
+        squirm::graph::fused::sizes(&plan, start.particles.len() as u64, Some(Gathering::Bricks)).at_once
+    };
+    assert!(!at_once(&slit, rig::EVERYTHING));
+    let in_slit: Vec<&str> = rig::EVERYTHING.iter().copied().filter(|k| !k.starts_with("squirmer")).collect();
+    assert!(at_once(&System { species: Vec::new(), ..slit }, &in_slit));
+    assert!(at_once(&rig::system([9, 10, 33]), rig::BULK));
 }
 
 /// Entry points that share a workgroup, in order.

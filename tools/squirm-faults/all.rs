@@ -20,7 +20,7 @@ struct Extent {
 }
 
 const SHORT: Extent = Extent {
-    kills: 4,
+    kills: 2,
     checkpoints: 40,
     signals: 3,
     recordings: 20,

@@ -47,7 +47,7 @@ enum Case {
     },
     /// kill -9 at random instants, then resume to the end: the state, the recording and the tables must be those of an undisturbed run.
     Kill {
-        /// Instants.
+        /// Runs, each killed at one to four instants.
         #[arg(long, default_value_t = 200)]
         count: u32,
     },

@@ -2,8 +2,9 @@
 
 use crate::buffers::{Extent, Sizes};
 use crate::graph::kernels::Use;
-use crate::shader::{ENTRY, Lanes, Rare, Route};
+use crate::shader::{ENTRY, Lanes, Rare, Route, after_the_shift};
 use crate::stages::Phase;
+use std::borrow::Cow;
 
 /// One kernel of a stage as the fused plan runs it.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -35,6 +36,20 @@ impl Member {
 
     pub(super) fn makes_sums(&self) -> bool {
         self.writes("moments")
+    }
+
+    /// Its text, with the names that it has here.
+    #[must_use]
+    pub fn text(&self) -> Cow<'static, str> {
+        let renamed = self.late && self.uses.iter().any(|u| u.buffer == "shift_before");
+        if renamed { after_the_shift(self.wgsl).into() } else { self.wgsl.into() }
+    }
+
+    /// The same as a part of the step before, once the grid has been moved.
+    pub(super) fn after_the_shift(mut self) -> Self {
+        self.uses.iter_mut().filter(|u| u.buffer == "shift").for_each(|u| "shift_before".clone_into(&mut u.buffer));
+        self.late = true;
+        self
     }
 }
 
@@ -70,7 +85,12 @@ impl Item {
         }
         match self {
             Item::Joint(_) if members.len() > 1 && members[0].makes_sums() => uses.retain(|u| u.buffer != "moments"),
-            Item::Bricks(_, route) => moved_in_bricks(&mut uses, *route),
+            Item::Bricks(_, route) => {
+                if members[0].makes_sums() {
+                    uses.retain(|u| !["moments", "operators"].contains(&u.buffer.as_str()));
+                }
+                moved_in_bricks(&mut uses, *route);
+            }
             Item::Sifted(_) => uses.extend(waiting(true)),
             // They are few, and count among all before.
             Item::Held(_) => uses.retain(|u| !["particles", "velocities_yz"].contains(&u.buffer.as_str())),

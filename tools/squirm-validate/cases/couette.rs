@@ -137,7 +137,7 @@ fn watch(rig: &Rig, planned: &Planned, rule: Collision, slip: f64) -> Result<See
     advance(&mut session, 4 * slowest)?;
     let mut profile = Profile::new(height);
     let every = rig.pick(25, 100);
-    let frames = rig.pick(100, 160) * slowest / every;
+    let frames = rig.pick(70, 160) * slowest / every;
     let (mut before, mut stresses) = (wall_impulses(&session)?, Vec::new());
     let begin = momentum(&session, before)?;
     let per = f64::from(x * z) * every as f64 * system.run.dt;

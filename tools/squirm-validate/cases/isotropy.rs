@@ -143,7 +143,7 @@ fn viscosity(
     let mut planned = planned.clone();
     let mut session = rig.session(&planned, &rig.start(&planned)?)?;
     let mut values = Vec::new();
-    for repetition in 0..rig.pick(12, 300) {
+    for repetition in 0..rig.pick(8, 300) {
         planned.plan.system.run.seed = 1000 * seed + repetition;
         let mut state = rig.start(&planned)?;
         state.particles.iter_mut().for_each(|p| p.velocity += AMPLITUDE * direction * k.dot(p.position).sin());

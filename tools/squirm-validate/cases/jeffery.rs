@@ -69,7 +69,7 @@ fn measure(rig: &Rig) -> Result<Outcome, Trouble> {
     let mut session = rig.session(&planned, &state)?;
     drop(state);
     advance(&mut session, rig.pick(100, 2000))?;
-    let (rounds, stretch) = rig.pick((10, 750), (210, 3000));
+    let (rounds, stretch) = rig.pick((8, 750), (210, 3000));
     let mut rates = vec![];
     let mut tracks = Tracks::default();
     for _ in 0..rounds {

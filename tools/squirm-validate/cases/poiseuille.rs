@@ -169,7 +169,7 @@ fn channel(rig: &Rig, filling: &Filling) -> Result<Outcome, Trouble> {
     let mut profile = Profile::new(channel.planned.system.domain.size[1]);
     // As many lives for either rule: equal errors. A long slip length lies further from where the fluid is.
     let every = rig.pick(25, 100);
-    let lives = rig.pick(24, if filling.slip > 0.3 { 150 } else { 50 });
+    let lives = rig.pick(18, if filling.slip > 0.3 { 150 } else { 50 });
     let frames = usize::try_from(lives * channel.slowest() / every)?;
     profile.follow(&mut session, frames, every)?;
     sound(&session)?;

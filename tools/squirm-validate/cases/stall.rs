@@ -49,7 +49,7 @@ fn parts(size: Size) -> Vec<Part> {
         seed: 1,
     };
     let settings = match size {
-        Size::Quick => vec![(Swimmer { along: 3.0, b1: 0.25, edge: 10, density: 10, ..held }, 1500)],
+        Size::Quick => vec![(Swimmer { along: 3.0, b1: 0.25, edge: 10, density: 10, ..held }, 750)],
         Size::Full => vec![(held, 60_000), (Swimmer { across: 3.0, along: 3.0, ..held }, 60_000)],
     };
     let part = |(swimmer, steps): (Swimmer, u64)| {

@@ -1,0 +1,71 @@
+//! One kernel that makes the sums and operators of a brick, applies them and moves its particles on, where nothing has to happen between the
+//! collision of a step and the motion of the next: particles are read from memory once in a step, and written once.
+
+use super::{Item, Member, Occasion, Staged, TALLY, conflict, parted};
+use crate::buffers::Sizes;
+use crate::shader::{Route, ShaderError};
+
+/// Whether all of these steps of a plan, for its particles in bricks, can be taken so, with the same collision.
+pub(super) fn possible(steps: &[Vec<Staged>], sizes: &Sizes) -> bool {
+    let sums = |stages: &[Staged]| collision(stages, sizes).ok().flatten();
+    let found = |stages: &[Staged]| items(stages, Occasion::Next, sizes).is_ok_and(|items| items.is_some());
+    steps.iter().all(|stages| found(stages) && sums(stages) == sums(&steps[0]))
+}
+
+/// The order on an occasion; `None` if something has to happen in between.
+///
+/// # Errors
+/// If the WGSL of a stage is not valid.
+pub(super) fn items(stages: &[Staged], occasion: Occasion, sizes: &Sizes) -> Result<Option<Vec<Item>>, ShaderError> {
+    let mut order = parted(stages, occasion, sizes)?;
+    let Some(cells) = collision(stages, sizes)? else { return Ok(None) };
+    if occasion == Occasion::Last {
+        order.insert(0, Item::Joint(cells));
+        return Ok(Some(order));
+    }
+    if order.pop() != Some(Item::Joint(cells.clone())) {
+        return Ok(None);
+    }
+    Ok(if occasion == Occasion::First { Some(order) } else { joined(order, &cells) })
+}
+
+/// The kernel over cells with which a step ends, if it makes their sums.
+fn collision(stages: &[Staged], sizes: &Sizes) -> Result<Option<Vec<Member>>, ShaderError> {
+    let last = parted(stages, Occasion::First, sizes)?.pop();
+    Ok(match last {
+        Some(Item::Joint(cells)) if cells[0].makes_sums() => Some(cells),
+        _ => None,
+    })
+}
+
+/// The collision of the step before as the beginning of the kernel that moves particles. What stands before that and needs the operators comes
+/// after it.
+fn joined(order: Vec<Item>, cells: &[Member]) -> Option<Vec<Item>> {
+    let late: Vec<Member> = cells.iter().map(|m| m.clone().after_the_shift()).collect();
+    let (mut before, mut after) = (Vec::new(), Vec::new());
+    let mut items = order.into_iter();
+    for item in items.by_ref() {
+        let conflicts = |others: &[Member]| item.members().iter().any(|m| others.iter().any(|o| conflict(m, o)));
+        match item {
+            Item::Bricks(moved, route @ (Route::Stay | Route::Sift)) => {
+                let free = |m: &Member| !moved.iter().any(|o| conflict(m, o));
+                // A kernel is told one step. Who comes to which brick is told apart.
+                let told = |m: &Member| m.now && !m.late && m.phase.entry != TALLY;
+                if !after.iter().flat_map(Item::members).all(free) || moved.iter().any(told) {
+                    return None;
+                }
+                before.push(Item::Bricks(late.into_iter().chain(moved).collect(), route));
+                before.extend(after);
+                before.extend(items);
+                return Some(before);
+            }
+            Item::Alone(receiver) if receiver.late && cells.iter().any(|c| conflict(c, &receiver)) => {
+                after.push(Item::Alone(receiver.after_the_shift()));
+            }
+            // The shift before is kept first of all, so that the collision finds it whenever it comes.
+            _ if !conflicts(&late) || item.members().iter().any(|m| m.writes("shift_before")) => before.push(item),
+            _ => return None,
+        }
+    }
+    None
+}
