@@ -225,11 +225,7 @@ fn gather_walls(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups
     clear_sums(lane);
     let count = particles_of_brick(brick, lane);
     for (var k = lane; k < count; k += BRICK_LANES) {
-        let slot = brick * system.room + k;
-        let row = row_at(bricks_xy[slot].y);
-        if row < 2u || row + 2u >= system.cells.y {
-            add_anywhere(particle_in_brick(slot));
-        }
+        add_anywhere(particle_in_brick(brick * system.room + k));
     }
     workgroupBarrier();
     if lane < BRICK_CELLS {

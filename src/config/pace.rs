@@ -46,7 +46,7 @@ mod tests {
         for (sizes, places, measured) in [
             (fluid(10_000_000, 0), false, 243.0),
             (fluid(10_000_000, 0), true, 416.0),
-            (fluid(54_000_000, 180_000), true, 3024.0),
+            (fluid(54_000_000, 180_000), true, 2979.0),
             (with(fluid(4_300_000, 180_000), 800), true, 1151.0),
             (with(fluid(10_550_000, 36_000), 100), true, 884.0),
             (Sizes { ghost_stride: 832, ..with(fluid(101_000, 2000), 10) }, true, 133.0),
