@@ -59,11 +59,11 @@ fn place_in_row(count: u32, lane: u32) -> u32 {
 }
 
 // The sums of the brick's cells: the first word of all, then the second.
-var<workgroup> brick_sums: array<atomic<u32>, 1536>;
+var<workgroup> brick_sums: array<atomic<u32>, MOMENT_WORDS * BRICK_CELLS>;
 
 // To be followed by a barrier.
 fn clear_sums(lane: u32) {
-    for (var k = lane; k < 24u * BRICK_CELLS; k += BRICK_LANES) {
+    for (var k = lane; k < MOMENT_WORDS * BRICK_CELLS; k += BRICK_LANES) {
         atomicStore(&brick_sums[k], 0u);
     }
 }

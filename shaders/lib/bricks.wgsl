@@ -1,11 +1,12 @@
 // Particles brick by brick: 4 x 4 x 4 cells have room for system.room of them, side by side, and one workgroup does all its work for them.
 // The including file binds `system`, `bricks_xy`, `bricks_zu`, `bricks_vw` (read_write) and `brick_counts` (as atomics).
-// Workgroup memory is cleared where it has to be.
 //!include particle
 const BRICK_LANES: u32 = 192u;
 // Of a kernel for a few of them.
 const HELD_LANES: u32 = 64u;
 const BRICK_CELLS: u32 = 64u;
+// The driver need not clear workgroup memory: who adds to it clears it first.
+const CLEARS_WORKGROUP_MEMORY: bool = true;
 
 fn bricks_per_axis() -> vec3<u32> {
     return (system.cells + 3u) / 4u;

@@ -9,8 +9,8 @@ use std::collections::HashMap;
 /// Invocations per workgroup of every kernel that has one invocation per element (`shaders/lib/dispatch.wgsl`).
 const WORKGROUP: u64 = 64;
 
-/// What the WGSL of a kernel says that needs no workgroup memory cleared for it.
-const CLEARED: &str = "// Workgroup memory is cleared where it has to be.";
+/// What WGSL declares whose workgroup memory the driver need not clear.
+const CLEARED: &str = "const CLEARS_WORKGROUP_MEMORY: bool = true;";
 
 /// Buffers by name.
 pub(super) type Buffers = HashMap<&'static str, wgpu::Buffer>;
