@@ -57,6 +57,11 @@ fn provenance() -> Provenance {
     Provenance { run: "test".into(), run_id: [0xab; 16], seed: 7, version: "1.2.3".into(), ..Provenance::default() }
 }
 
+/// A snapshot of one message.
+fn job(bytes: Vec<u8>, targets: Targets) -> Job {
+    Job::snapshot(move || vec![(bytes, targets)])
+}
+
 /// Topic, log time and data of every message; checksums verified.
 fn messages(path: &std::path::Path) -> Vec<(String, u64, Vec<u8>)> {
     let bytes = std::fs::read(path).unwrap();
@@ -308,7 +313,7 @@ fn a_late_joiner_gets_the_newest_snapshot_from_an_idle_writer() {
     let outlets = Outlets { publisher: Some(open(&run)), ..Outlets::default() };
     let mut writer = Writer::spawn(outlets, 4).unwrap();
     let targets = Targets { publish: true, ..Targets::default() };
-    (0..7).for_each(|seq| writer.send(Job::Snapshot(scalars(0.0).encode(&stamp(seq)), targets)).unwrap());
+    (0..7).for_each(|seq| writer.send(job(scalars(0.0).encode(&stamp(seq)), targets)).unwrap());
     writer.sync().unwrap();
     let limits = Limits { snapshots: Some(1), duration: Some(Duration::from_secs(10)), ..Limits::default() };
     assert_eq!(follow(&run, limits, Duration::ZERO).unwrap().0, [6]);
@@ -326,7 +331,7 @@ fn a_late_joiner_of_a_rare_topic_gets_its_newest_snapshot_from_a_busy_writer() {
     let outlets = Outlets { publisher: Some(Publisher::open(&run, &topics).unwrap()), ..Outlets::default() };
     let mut writer = Writer::spawn(outlets, 4).unwrap();
     let targets = Targets { publish: true, ..Targets::default() };
-    writer.send(Job::Snapshot(squirmers().encode(&stamp(3)), targets)).unwrap();
+    writer.send(job(squirmers().encode(&stamp(3)), targets)).unwrap();
     writer.sync().unwrap();
     let reader = std::thread::spawn(move || {
         let limits = Limits { snapshots: Some(1), duration: Some(Duration::from_secs(20)), ..Limits::default() };
@@ -341,7 +346,7 @@ fn a_late_joiner_of_a_rare_topic_gets_its_newest_snapshot_from_a_busy_writer() {
     // Never idle for as long as newcomers may wait.
     let mut seq = 0;
     while !reader.is_finished() {
-        writer.send(Job::Snapshot(scalars(0.0).encode(&stamp(seq)), targets)).unwrap();
+        writer.send(job(scalars(0.0).encode(&stamp(seq)), targets)).unwrap();
         seq += 1;
         std::thread::sleep(Duration::from_millis(10));
     }
@@ -446,9 +451,9 @@ fn a_failed_job_is_reported_and_the_recording_is_finished_all_the_same() {
     let recorder = Recorder::create(dir.path(), &provenance(), "").unwrap();
     let mut writer = Writer::spawn(Outlets { recorder: Some(recorder), ..Outlets::default() }, 2).unwrap();
     let targets = Targets { record: true, ..Targets::default() };
-    writer.send(Job::Encode(Box::new(|| scalars(1.0).encode(&stamp(0))), targets)).unwrap();
+    writer.send(job(scalars(1.0).encode(&stamp(0)), targets)).unwrap();
     writer.sync().unwrap();
-    writer.send(Job::Snapshot(vec![0; 320], targets)).unwrap();
+    writer.send(job(vec![0; 320], targets)).unwrap();
     assert!(matches!(writer.finish(), Err(SinkError::Wire(_))));
     let bytes = std::fs::read(dir.path().join("run.mcap")).unwrap();
     assert_eq!(mcap::Summary::read(&bytes).unwrap().unwrap().stats.unwrap().message_count, 1);

@@ -206,7 +206,7 @@ fn measured(args: &Args, show: bool) -> Result<Report, ExitCode> {
     }
     for task in &tasks {
         // Before particles are placed that no buffer could hold.
-        let too_large = task.loaded.exceeds(&gpu.summary.name, gpu.summary.largest_binding);
+        let too_large = task.loaded.exceeds(&gpu.summary.name, (gpu.summary.part(), gpu.summary.most_bindings));
         if let Some(first) = too_large.first() {
             if task.named {
                 render::all(&too_large, &task.loaded.sources);

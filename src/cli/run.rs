@@ -126,8 +126,9 @@ fn short_of_disk(loaded: &Loaded, out: &Path) -> Option<Diagnostic> {
 /// Prints why a run failed; what the file asks for and the adapter cannot give is shown at its place in the file.
 pub fn report(loaded: &Loaded, error: &RunError) -> ExitCode {
     let found = match error {
-        RunError::Gpu(GpuError::TooLarge { limit, adapter, .. }) => loaded.exceeds(adapter, *limit),
-        RunError::Gpu(GpuError::OutOfMemory { .. }) => vec![loaded.too_large(error.to_string())],
+        RunError::Gpu(GpuError::TooLarge { .. } | GpuError::OutOfMemory { .. }) => {
+            vec![loaded.too_large(error.to_string())]
+        }
         RunError::Start(error) => vec![loaded.cannot_start(error)],
         _ => Vec::new(),
     };

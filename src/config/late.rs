@@ -5,15 +5,15 @@ use crate::diag::Diagnostic;
 use crate::state::start::StartError;
 
 impl Loaded {
-    /// An error for each buffer that is larger than what a kernel can bind on this adapter.
+    /// An error for each buffer that is larger than what a kernel can bind on this adapter in so many parts at most.
     #[must_use]
-    pub fn exceeds(&self, adapter: &str, largest_binding: u64) -> Vec<Diagnostic> {
-        let large = meaning(self).memory.into_iter().filter(|(_, bytes)| *bytes > largest_binding);
+    pub fn exceeds(&self, adapter: &str, (part, parts): (u64, u32)) -> Vec<Diagnostic> {
+        let large = meaning(self).memory.into_iter().filter(|(_, bytes)| *bytes > u64::from(parts) * part);
         let error = |(name, bytes): (&str, u64)| {
             self.too_large(format!(
-                "`{name}` takes {}, but a kernel on {adapter} can bind {} at most",
+                "`{name}` takes {}, but a kernel on {adapter} can bind {parts} buffers of {} at most",
                 meaning::bytes(bytes),
-                meaning::bytes(largest_binding)
+                meaning::bytes(part)
             ))
         };
         large.map(error).collect()

@@ -21,8 +21,32 @@ pub struct AdapterSummary {
     pub backend: String,
     /// Largest buffer that a kernel can bind, in bytes.
     pub largest_binding: u64,
+    /// Largest buffer, in bytes.
+    pub largest_buffer: u64,
+    /// Buffers that a kernel can bind.
+    pub most_bindings: u32,
     /// Whether everything that the kernels need is there.
     pub usable: bool,
+}
+
+impl AdapterSummary {
+    /// Bytes of each part but the last of a buffer that is larger than what a kernel can bind: a power of two.
+    #[must_use]
+    pub fn part(&self) -> u64 {
+        1 << self.largest_binding.max(16).ilog2()
+    }
+
+    /// Whether a kernel may bind so many buffers.
+    ///
+    /// # Errors
+    /// If it may not.
+    pub fn can_bind(&self, kernel: &str, needed: usize) -> Result<(), GpuError> {
+        if needed <= self.most_bindings as usize {
+            return Ok(());
+        }
+        let (kernel, adapter) = (kernel.to_owned(), self.name.clone());
+        Err(GpuError::TooLarge { kernel, needed, part: self.part(), most: self.most_bindings, adapter })
+    }
 }
 
 /// An opened adapter.
@@ -71,7 +95,7 @@ fn enumerate() -> Vec<wgpu::Adapter> {
 }
 
 fn summary(index: usize, adapter: &wgpu::Adapter) -> AdapterSummary {
-    let info = adapter.get_info();
+    let (info, limits) = (adapter.get_info(), adapter.limits());
     let kind = match info.device_type {
         wgpu::DeviceType::DiscreteGpu => "GPU",
         wgpu::DeviceType::IntegratedGpu => "integrated GPU",
@@ -85,7 +109,9 @@ fn summary(index: usize, adapter: &wgpu::Adapter) -> AdapterSummary {
         kind,
         driver: format!("{} {}", info.driver, info.driver_info).trim().to_owned(),
         backend: info.backend.to_string(),
-        largest_binding: adapter.limits().max_storage_buffer_binding_size,
+        largest_binding: limits.max_storage_buffer_binding_size,
+        largest_buffer: limits.max_buffer_size,
+        most_bindings: limits.max_storage_buffers_per_shader_stage.min(limits.max_bindings_per_bind_group),
         usable: adapter.features().contains(NEEDED),
     }
 }

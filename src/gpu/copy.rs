@@ -69,7 +69,7 @@ impl Copier {
         let mut bytes = largest.min(gpu.summary.largest_binding) / 16 * 16;
         let buffers = loop {
             let scope = gpu.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
-            let pair = ["from", "to"].map(|name| super::kernel::storage(gpu, name, bytes, false));
+            let pair = ["from", "to"].map(|name| super::buffers::storage(gpu, name, bytes, false));
             if pollster::block_on(scope.pop()).is_none() {
                 break pair;
             }

@@ -1,6 +1,7 @@
 //! The fused plan on a GPU: see [`crate::graph::fused`] for the order of its kernels.
 
-use super::kernel::{Buffers, Kernel, compile, groups, settings};
+use super::buffers::Buffers;
+use super::kernel::{Kernel, compile, groups, settings};
 use super::{Gpu, GpuError};
 use crate::buffers::{Now, Sizes};
 use crate::graph::fused::{Item, Occasion, bricks, items, joint, sifted};
@@ -106,11 +107,12 @@ impl Fused {
                 _ => groups(sizes.count(over) * item.lanes(ordered.lanes, sizes).count(), over),
             };
             let (point, label) = (item.point(), item.label(|stage| plan.stages[stage].entry.kind));
+            let module = buffers.fit(&module)?;
             let compiled = compile(gpu, &label, &module);
             let kernel = Kernel::new(gpu, &compiled, &module, (point, groups), (buffers, &find), &constants)?;
             made.push(Made { item, kernel, label });
         }
-        let held_groups = buffers.get("held_groups").cloned();
+        let held_groups = buffers.get("held_groups").map(|parts| parts[0].clone());
         if let Some(groups) = &held_groups {
             // Both lists are empty, and one workgroup deep.
             gpu.queue.write_buffer(groups, 0, bytemuck::cast_slice(&[0u32, 1, 1, 0, 0, 1, 1, 0]));

@@ -1,30 +1,16 @@
 //! Kernels: one entry point of a stage's module with its pipeline, its buffers and its size.
 
+use super::buffers::{Buffers, storage};
 use super::{Gpu, GpuError};
 use crate::buffers::{Extent, Now};
 use crate::graph::{Plan, PlannedStage};
 use crate::shader::{Binding, Module};
-use std::collections::HashMap;
 
 /// Invocations per workgroup of every kernel that has one invocation per element (`shaders/lib/dispatch.wgsl`).
 const WORKGROUP: u64 = 64;
 
 /// What WGSL declares whose workgroup memory the driver need not clear.
 const CLEARED: &str = "const CLEARS_WORKGROUP_MEMORY: bool = true;";
-
-/// Buffers by name.
-pub(super) type Buffers = HashMap<&'static str, wgpu::Buffer>;
-
-/// A buffer of this many bytes.
-pub(super) fn storage(gpu: &Gpu, name: &str, bytes: u64, uniform: bool) -> wgpu::Buffer {
-    let kind = if uniform { wgpu::BufferUsages::UNIFORM } else { wgpu::BufferUsages::STORAGE };
-    gpu.device.create_buffer(&wgpu::BufferDescriptor {
-        label: Some(name),
-        size: bytes,
-        usage: kind | wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::INDIRECT,
-        mapped_at_creation: false,
-    })
-}
 
 /// A stage's own uniform.
 pub(super) fn settings(gpu: &Gpu, stage: &PlannedStage, plan: &Plan) -> wgpu::Buffer {
@@ -100,6 +86,7 @@ impl Kernel {
         let constants: Vec<(&str, f64)> =
             constants.iter().copied().filter(|(name, _)| module.text.contains(&format!("override {name}:"))).collect();
         let bindings = module.bindings(entry_point);
+        gpu.summary.can_bind(entry_point, bindings.iter().filter(|b| !b.uniform).count())?;
         let entries: Vec<_> = bindings.iter().map(layout_entry).collect();
         let layout = gpu
             .device
@@ -126,7 +113,8 @@ impl Kernel {
                     return settings(&b.name);
                 }
                 let other = other_side(&b.name);
-                buffers.get(other.as_str()).filter(|_| turned).unwrap_or_else(|| &buffers[b.name.as_str()]).clone()
+                let parts = buffers.get(&other).filter(|_| turned).unwrap_or_else(|| buffers.of(&b.name));
+                parts[b.part as usize].clone()
             };
             let found: Vec<wgpu::Buffer> = bindings.iter().map(buffer).collect();
             let bound: Vec<_> = bindings

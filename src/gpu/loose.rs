@@ -1,6 +1,7 @@
 //! The loose plan: every stage its own kernels, in list order, with everything in memory in between.
 
-use super::kernel::{Buffers, Kernel, groups, settings};
+use super::buffers::Buffers;
+use super::kernel::{Kernel, groups, settings};
 use super::{Gpu, GpuError};
 use crate::buffers::{Now, Sizes};
 use crate::graph::kernels::APPLY;
@@ -34,6 +35,7 @@ impl Loose {
         let constants = constants(plan);
         let mut stages = Vec::new();
         for (stage, module) in plan.stages.iter().zip(modules) {
+            let module = &buffers.fit(module)?;
             let compiled = super::kernel::compile(gpu, stage.entry.kind, module);
             let uniform = settings(gpu, stage, plan);
             let kernels = |phases: &[Phase]| {

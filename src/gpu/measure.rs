@@ -1,10 +1,12 @@
 //! Snapshots: totals, fields and samples computed on the GPU, copied to staging buffers, read without stopping the steps.
 
-use super::kernel::{Buffers, Kernel, compile, groups};
-use super::session::{Session, create_buffers};
+use super::buffers::Buffers;
+use super::kernel::{Kernel, compile, groups};
+use super::session::Session;
 use super::{Gpu, GpuError};
 use crate::buffers::{Buffer, Extent, MeasureSettings, Now, Sizes, find};
 use crate::shader::{Module, Shared};
+use crate::state::System;
 use std::sync::atomic::{AtomicU8, Ordering};
 use std::sync::{Arc, Mutex};
 
@@ -82,12 +84,15 @@ impl Readback {
         self.state.load(Ordering::Acquire) != WAITING
     }
 
+    /// The bytes where they lie, once they are there.
+    fn view(&self) -> Option<wgpu::BufferView> {
+        let ready = self.state.load(Ordering::Acquire) == READY;
+        ready.then(|| self.buffer.slice(..).get_mapped_range().ok()).flatten()
+    }
+
     /// The bytes, once they are there.
     pub(super) fn take(&self) -> Option<Vec<u8>> {
-        if self.state.load(Ordering::Acquire) != READY {
-            return None;
-        }
-        self.buffer.slice(..).get_mapped_range().ok().map(|view| view.to_vec())
+        self.view().map(|view| view.to_vec())
     }
 }
 
@@ -98,36 +103,49 @@ impl Reading {
         self.readback.settled()
     }
 
-    /// The parts by name; to be called once.
+    /// The parts by name, not yet copied.
     ///
     /// # Errors
     /// If they never arrived.
-    pub fn take(&self) -> Result<Parts, GpuError> {
+    pub fn take(self) -> Result<Parts, GpuError> {
         let lost = || GpuError::Lost("a snapshot could not be read back".into());
-        let bytes = self.readback.take().ok_or_else(lost)?;
-        self.readback.buffer.unmap();
-        if let Ok(mut ring) = self.ring.lock() {
-            ring.push(self.readback.buffer.clone());
-        }
-        Ok(Parts { bytes, parts: self.parts.clone() })
+        let view = Some(self.readback.view().ok_or_else(lost)?);
+        Ok(Parts { step: self.step, view, parts: self.parts, buffer: self.readback.buffer, ring: self.ring })
     }
 }
 
-/// The raw content of a snapshot.
+/// The raw content of a snapshot, which any thread may look at; the staging buffer can be used again once this is dropped.
 pub struct Parts {
-    bytes: Vec<u8>,
+    /// Steps done when it was taken.
+    pub step: u64,
+    /// Here until the end.
+    view: Option<wgpu::BufferView>,
     parts: Vec<(&'static str, usize)>,
+    buffer: wgpu::Buffer,
+    ring: Ring,
+}
+
+impl Drop for Parts {
+    fn drop(&mut self) {
+        // What is looked at cannot be unmapped.
+        self.view = None;
+        self.buffer.unmap();
+        if let Ok(mut ring) = self.ring.lock() {
+            ring.push(self.buffer.clone());
+        }
+    }
 }
 
 impl Parts {
     /// One buffer's content; empty if the snapshot did not take it.
     #[must_use]
     pub fn get<T: bytemuck::Pod>(&self, name: &str) -> Vec<T> {
+        let Some(view) = &self.view else { return Vec::new() };
         let mut offset = 0;
         for (part, bytes) in &self.parts {
             if *part == name {
                 let whole = bytes / size_of::<T>() * size_of::<T>();
-                return bytemuck::pod_collect_to_vec(&self.bytes[offset..offset + whole]);
+                return bytemuck::pod_collect_to_vec(&view[offset..offset + whole]);
             }
             offset += bytes;
         }
@@ -154,16 +172,14 @@ impl Measurement {
             edge,
             stride,
             samples: u32::try_from(samples).expect("samples fit in 32 bits"),
-            scale: total_scale(session),
+            scale: total_scale(&session.system),
             pad: 0,
         };
         let own: Vec<&Buffer> = ["totals", "fields", "samples"].iter().filter_map(|n| find(n)).collect();
         let gpu = &session.gpu;
-        let mut buffers = create_buffers(gpu, &sizes, 0, own.into_iter())?;
-        for (name, buffer) in &session.buffers {
-            buffers.insert(name, buffer.clone());
-        }
-        let module = Module::new("measure", SOURCE, MeasureSettings::WGSL)?;
+        let mut buffers = Buffers::create(gpu, &sizes, 0, own.into_iter())?;
+        buffers.share(&session.buffers);
+        let module = buffers.fit(&Module::new("measure", SOURCE, MeasureSettings::WGSL)?)?;
         let compiled = compile(gpu, "measure", &module);
         let uniform = gpu.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("settings"),
@@ -189,7 +205,31 @@ impl Measurement {
                 Kernel::new(gpu, &compiled, &module, (entry, groups), (&buffers, &|_| uniform.clone()), &constants)
             })
             .collect::<Result<Vec<_>, _>>()?;
-        Ok(Self { kernels, buffers, ring: Ring::default(), wanted, blocks, samples })
+        let measurement = Self { kernels, buffers, ring: Ring::default(), wanted, blocks, samples };
+        let (bytes, most) = (measurement.bytes(), gpu.summary.largest_buffer);
+        if bytes > most {
+            return Err(GpuError::LargeSnapshot { bytes, most, adapter: gpu.summary.name.clone() });
+        }
+        Ok(measurement)
+    }
+
+    /// What is copied to the host.
+    fn names(&self) -> Vec<&'static str> {
+        let mut names: Vec<&'static str> = ALWAYS.to_vec();
+        if self.wanted.totals {
+            names.push("totals");
+        }
+        if self.wanted.block.is_some() {
+            names.push("fields");
+        }
+        if self.samples > 0 {
+            names.push("samples");
+        }
+        names
+    }
+
+    fn bytes(&self) -> u64 {
+        self.names().iter().map(|n| self.buffers.bytes(n)).sum()
     }
 
     /// Measures and copies after the steps submitted so far; does not wait.
@@ -203,35 +243,25 @@ impl Measurement {
                 kernel.dispatch(&mut pass, Now::default(), false);
             }
         }
-        let mut names: Vec<&'static str> = ALWAYS.to_vec();
-        if self.wanted.totals {
-            names.push("totals");
-        }
-        if self.wanted.block.is_some() {
-            names.push("fields");
-        }
-        if self.samples > 0 {
-            names.push("samples");
-        }
-        let total = names.iter().map(|n| self.buffers[n].size()).sum();
         let used = self.ring.lock().ok().and_then(|mut ring| ring.pop());
-        let target = used.unwrap_or_else(|| staging(gpu, total));
+        let target = used.unwrap_or_else(|| staging(gpu, self.bytes()));
         let mut offset = 0;
         let mut parts = Vec::new();
-        for name in names {
-            let source = &self.buffers[name];
-            encoder.copy_buffer_to_buffer(source, 0, &target, offset, source.size());
-            offset += source.size();
-            parts.push((name, usize::try_from(source.size()).expect("staging fits in memory")));
+        for name in self.names() {
+            for source in self.buffers.of(name) {
+                encoder.copy_buffer_to_buffer(source, 0, &target, offset, source.size());
+                offset += source.size();
+            }
+            parts.push((name, usize::try_from(self.buffers.bytes(name)).expect("staging fits in memory")));
         }
         gpu.queue.submit([encoder.finish()]);
         Reading { step: session.step(), parts, readback: Readback::map(target), ring: self.ring.clone() }
     }
 
-    /// The scale by which the wide sums of `totals` were multiplied.
+    /// The scale by which the wide sums of `totals` are multiplied.
     #[must_use]
-    pub fn scale(session: &Session) -> f64 {
-        f64::from(total_scale(session))
+    pub fn scale(system: &System) -> f64 {
+        f64::from(total_scale(system))
     }
 }
 
@@ -245,7 +275,7 @@ fn sampling(particles: u64, fraction: Option<f64>) -> (u32, u64) {
 
 /// A cell's sum of squared speeds stays below 2^12 thermal units (its own fixed point): 2^18 keeps it below 2^30.
 #[allow(clippy::cast_possible_truncation)]
-fn total_scale(session: &Session) -> f32 {
-    let scales = crate::math::fixed::Scales::new(session.system.fluid.density, session.system.fluid.temperature);
+fn total_scale(system: &System) -> f32 {
+    let scales = crate::math::fixed::Scales::new(system.fluid.density, system.fluid.temperature);
     (scales.energy / 4.0) as f32
 }

@@ -1,6 +1,7 @@
 //! The only room that knows wgpu: adapters, buffers, kernels, and the encoding of steps.
 
 pub mod adapter;
+mod buffers;
 mod copy;
 mod fused;
 pub mod kernel;
@@ -47,17 +48,31 @@ pub enum GpuError {
         /// The driver's message.
         message: String,
     },
-    /// A buffer is larger than the adapter can bind.
+    /// A kernel would have to bind more buffers than the adapter allows, since those of this run are in so many parts.
     #[error(
-        "buffer `{buffer}` needs {bytes} bytes, but `{adapter}` binds at most {limit}: make the box smaller or choose another adapter"
+        "kernel `{kernel}` needs {needed} buffers of up to {part} bytes, but `{adapter}` binds {most} at most: make the box smaller or choose another adapter"
     )]
     TooLarge {
-        /// The buffer's name.
-        buffer: &'static str,
+        /// The kernel's name.
+        kernel: String,
+        /// Buffers that it would have to bind.
+        needed: usize,
+        /// Bytes of the largest.
+        part: u64,
+        /// Buffers that the adapter binds.
+        most: u32,
+        /// The adapter's name.
+        adapter: String,
+    },
+    /// A snapshot is larger than the adapter can copy to the host.
+    #[error(
+        "a snapshot of {bytes} bytes is larger than what `{adapter}` copies at a time, {most}: take a smaller `fraction`"
+    )]
+    LargeSnapshot {
         /// What it needs.
         bytes: u64,
         /// What the adapter has.
-        limit: u64,
+        most: u64,
         /// The adapter's name.
         adapter: String,
     },

@@ -26,7 +26,7 @@ impl Gpu {
             cache: None,
         });
         let numbers: Vec<u32> = (0..GROUP).collect();
-        let words = super::kernel::storage(self, "words", u64::from(GROUP) * 4, false);
+        let words = super::buffers::storage(self, "words", u64::from(GROUP) * 4, false);
         self.queue.write_buffer(&words, 0, bytemuck::cast_slice(&numbers));
         let group = self.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("neighbours"),

@@ -7,7 +7,7 @@ use crate::graph::Plan;
 
 impl Session {
     fn carried(&self) -> impl Iterator<Item = (&'static Buffer, usize)> + '_ {
-        let there = CATALOGUE.iter().filter(|b| b.life == Life::Persistent && self.buffers.contains_key(b.name));
+        let there = CATALOGUE.iter().filter(|b| b.life == Life::Persistent && self.buffers.has(b.name));
         there.map(|b| (b, usize::try_from(self.sizes.bytes(b)).expect("a buffer fits in memory")))
     }
 

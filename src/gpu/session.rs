@@ -1,14 +1,14 @@
 //! A run's buffers and kernels on an opened adapter, and the encoding of steps.
 
+use super::buffers::Buffers;
 use super::fused::{Fused, Ordered};
-use super::kernel::{Buffers, storage};
 use super::loose::Loose;
 use super::{Gpu, GpuError};
-use crate::buffers::{Buffer, CATALOGUE, Life, Sizes, SquirmerState};
+use crate::buffers::{CATALOGUE, Sizes, SquirmerState};
 use crate::graph::fused::Occasion;
 use crate::graph::{self, Plan};
 use crate::state::{Particle, State, System, packed};
-use std::collections::{HashMap, HashSet};
+use std::collections::HashSet;
 
 /// A run on a GPU.
 pub struct Session {
@@ -105,7 +105,7 @@ impl Session {
             all.flat_map(|m| m.entry_points().flat_map(|e| m.bindings(e)).map(|b| b.name.clone())).collect();
         // A snapshot needs these whatever the stages use.
         used.extend(graph::SHOWN.map(str::to_owned));
-        let buffers = create_buffers(gpu, &sizes, room, CATALOGUE.iter().filter(|b| used.contains(b.name)))?;
+        let buffers = Buffers::create(gpu, &sizes, room, CATALOGUE.iter().filter(|b| used.contains(b.name)))?;
         let steps = match ordered {
             Some(ordered) => Steps::Fused(Fused::new(gpu, plan, ordered, &buffers, &sizes)?),
             None => Steps::Loose(Loose::new(gpu, plan, &modules, &buffers, &sizes)?),
@@ -177,7 +177,7 @@ impl Session {
 
     /// Names of the buffers that this run has, and the bytes that the catalogue gives them.
     pub fn buffers(&self) -> impl Iterator<Item = (&'static str, u64)> + '_ {
-        CATALOGUE.iter().filter(|b| self.buffers.contains_key(b.name)).map(|b| (b.name, self.sizes.bytes(b)))
+        CATALOGUE.iter().filter(|b| self.buffers.has(b.name)).map(|b| (b.name, self.sizes.bytes(b)))
     }
 
     /// Steps done so far.
@@ -189,7 +189,7 @@ impl Session {
     /// Bytes of all buffers.
     #[must_use]
     pub fn memory(&self) -> u64 {
-        self.buffers.values().map(wgpu::Buffer::size).sum()
+        self.buffers.all_bytes()
     }
 
     /// Encodes and submits `steps` steps; does not wait for them. With `watched` faults are brought back, and one step is timed: the first,
@@ -216,7 +216,7 @@ impl Session {
         });
         let times = timing.map(|t| t.resolve(&self.gpu, &mut encoder));
         let faults = watched.then(|| {
-            let faults = &self.buffers["faults"];
+            let [faults] = self.buffers.of("faults") else { unreachable!("it has eight words") };
             let staging = super::measure::staging(&self.gpu, faults.size());
             encoder.copy_buffer_to_buffer(faults, 0, &staging, 0, faults.size());
             staging
@@ -314,7 +314,7 @@ impl Session {
     /// Overwrites a part of a buffer that begins so many bytes behind its start; both are multiples of 4.
     pub fn write_at(&self, name: &str, offset: u64, bytes: &[u8]) {
         if !bytes.is_empty() {
-            self.gpu.queue.write_buffer(&self.buffers[name], offset, bytes);
+            self.buffers.write(&self.gpu, name, offset, bytes);
         }
     }
 
@@ -323,7 +323,17 @@ impl Session {
     /// # Errors
     /// If the device was lost.
     pub fn read<T: bytemuck::Pod>(&self, name: &str) -> Result<Vec<T>, GpuError> {
-        let source = &self.buffers[name];
+        let mut bytes = Vec::new();
+        for part in self.buffers.of(name) {
+            let content = self.part(part)?;
+            bytes.extend(content.ok_or_else(|| GpuError::Lost(format!("`{name}` could not be read back")))?);
+        }
+        let whole = bytes.len() / size_of::<T>() * size_of::<T>();
+        Ok(bytemuck::pod_collect_to_vec(&bytes[..whole]))
+    }
+
+    /// The bytes of a buffer, unless they cannot be had; waits for the GPU.
+    fn part(&self, source: &wgpu::Buffer) -> Result<Option<Vec<u8>>, GpuError> {
         let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let staging = super::measure::staging(&self.gpu, source.size());
         encoder.copy_buffer_to_buffer(source, 0, &staging, 0, source.size());
@@ -334,9 +344,7 @@ impl Session {
         while !readback.settled() {
             self.poll()?;
         }
-        let bytes = readback.take().ok_or_else(|| GpuError::Lost(format!("`{name}` could not be read back")))?;
-        let whole = bytes.len() / size_of::<T>() * size_of::<T>();
-        Ok(bytemuck::pod_collect_to_vec(&bytes[..whole]))
+        Ok(readback.take())
     }
 
     /// Positions, velocities and squirmers as the GPU has them; waits for it.
@@ -402,36 +410,4 @@ impl Timing {
         encoder.copy_buffer_to_buffer(&self.resolved, 0, &staging, 0, self.resolved.size());
         staging
     }
-}
-
-/// Creates buffers, refusing what the adapter cannot bind or hold.
-pub(super) fn create_buffers<'a>(
-    gpu: &Gpu,
-    sizes: &Sizes,
-    room: u64,
-    wanted: impl Iterator<Item = &'a Buffer>,
-) -> Result<Buffers, GpuError> {
-    let wanted: Vec<&Buffer> = wanted.filter(|b| b.name != "settings").collect();
-    let limit = gpu.summary.largest_binding;
-    let adapter = || gpu.summary.name.clone();
-    for buffer in &wanted {
-        let bytes = sizes.bytes(buffer) + room;
-        if bytes > limit {
-            let name = CATALOGUE.iter().find(|b| b.name == buffer.name).map_or("buffer", |b| b.name);
-            return Err(GpuError::TooLarge { buffer: name, bytes, limit, adapter: adapter() });
-        }
-    }
-    let scope = gpu.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
-    let mut buffers: Buffers = HashMap::new();
-    for buffer in &wanted {
-        let uniform = buffer.life == Life::Setting && buffer.name == "system";
-        buffers
-            .insert(buffer.name, storage(gpu, buffer.name, (sizes.bytes(buffer) + room).next_multiple_of(16), uniform));
-    }
-    if pollster::block_on(scope.pop()).is_some() {
-        let bytes = wanted.iter().map(|b| sizes.bytes(b)).sum();
-        return Err(GpuError::OutOfMemory { bytes, adapter: adapter() });
-    }
-    gpu.healthy()?;
-    Ok(buffers)
 }

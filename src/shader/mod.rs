@@ -5,9 +5,11 @@ pub mod fuse;
 pub mod reflect;
 pub mod shared;
 pub mod small;
+pub mod split;
 
 pub use compose::compose;
 pub use fuse::{ENTRY, Lanes, Over, Part, Rare, Route, after_the_shift, fuse, settings_name};
 pub use reflect::{Access, Binding, Module, ShaderError};
 pub use shared::Shared;
 pub use small::{Phase, apart, one_workgroup};
+pub use split::split;

@@ -21,6 +21,8 @@ pub struct Binding {
     pub group: u32,
     /// `@binding`.
     pub binding: u32,
+    /// Which part of the buffer, where it has several.
+    pub part: u32,
     /// What the entry point does with it.
     pub access: Access,
     /// A uniform, not a storage buffer.
@@ -59,6 +61,12 @@ pub enum ShaderError {
         /// The variable.
         name: String,
     },
+    /// An array that is used in a way of which [`super::split`] knows nothing.
+    #[error("`{name}` is larger than what a kernel can bind, and is not used element by element")]
+    Whole {
+        /// The variable.
+        name: String,
+    },
 }
 
 impl Module {
@@ -92,6 +100,7 @@ impl Module {
                     name,
                     group: place.group,
                     binding: place.binding,
+                    part: 0,
                     access: Access {
                         read: atomic || usage.contains(naga::valid::GlobalUse::READ),
                         write: atomic || usage.contains(naga::valid::GlobalUse::WRITE),
@@ -110,6 +119,19 @@ impl Module {
     #[must_use]
     pub fn bindings(&self, entry_point: &str) -> &[Binding] {
         self.entries.iter().find(|(n, ..)| n == entry_point).map_or(&[], |(_, b, _)| b)
+    }
+
+    /// What the entry points bind, each of them anew.
+    pub(super) fn all_bindings(&self) -> impl Iterator<Item = &Binding> {
+        self.entries.iter().flat_map(|(_, bindings, _)| bindings)
+    }
+
+    /// Adds to each entry point that binds `name` what `more` makes of that binding.
+    pub(super) fn extend(&mut self, name: &str, more: impl Fn(&Binding) -> Vec<Binding>) {
+        for (_, bindings, _) in &mut self.entries {
+            let added = bindings.iter().find(|b| b.name == name).map(&more);
+            bindings.extend(added.into_iter().flatten());
+        }
     }
 
     /// Whether an entry point uses `now`.

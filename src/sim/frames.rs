@@ -1,8 +1,8 @@
 //! One reading in physical units: what books and messages are made of.
 
 use crate::buffers::{Fault, SquirmerState};
+use crate::gpu::Measurement;
 use crate::gpu::measure::Parts;
-use crate::gpu::{Measurement, Reading, Session};
 use crate::state::{Squirmer, System, packed};
 use crate::wire::{Fields, Particles, Scalars, SpeciesRow, Squirmers};
 use glam::DVec3;
@@ -47,9 +47,8 @@ pub struct Frame {
 impl Frame {
     /// Reads the parts of a reading.
     #[must_use]
-    pub fn new(session: &Session, reading: &Reading, parts: Parts) -> Self {
-        let system = session.system();
-        let states = squirmer_states(system, &parts);
+    pub fn new(system: &System, parts: &Parts) -> Self {
+        let states = squirmer_states(system, parts);
         let unwrapped = states.iter().map(|s| unwrap(system, s)).collect();
         let loads = |offset: usize| -> Vec<DVec3> {
             let steric = parts.get::<f32>("steric");
@@ -58,11 +57,11 @@ impl Frame {
             (0..states.len()).map(|i| at(&steric, i) + at(&fluid, i)).collect()
         };
         #[allow(clippy::cast_precision_loss)]
-        let time = reading.step as f64 * system.run.dt;
+        let time = parts.step as f64 * system.run.dt;
         Self {
-            step: reading.step,
+            step: parts.step,
             time,
-            totals: totals(&parts.get::<u32>("totals"), Measurement::scale(session)),
+            totals: totals(&parts.get::<u32>("totals"), Measurement::scale(system)),
             force: loads(0),
             torque: loads(4),
             squirmers: packed::unpack_squirmers(system, &states),

@@ -14,6 +14,7 @@ use crate::wire::{Kind, Stamp};
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 use std::path::Path;
+use std::sync::Arc;
 use std::sync::mpsc::Receiver;
 use std::time::Duration;
 
@@ -23,8 +24,36 @@ const DEPTH: usize = 8;
 struct Due {
     output: Output,
     measurement: Measurement,
-    kinds: Vec<(Kind, Targets)>,
+    content: Arc<Content>,
     sequence: u64,
+}
+
+/// What the snapshots of one output show, and of what: all that makes messages of a reading, on whatever thread.
+struct Content {
+    system: System,
+    /// Fluid particles that there are, and that a snapshot takes.
+    population: u64,
+    samples: u64,
+    fraction: f64,
+    /// Blocks per axis, and cells along the edge of one.
+    blocks: [u32; 3],
+    block: u32,
+    kinds: Vec<(Kind, Targets)>,
+}
+
+impl Content {
+    fn encode(&self, kind: Kind, frame: &Frame, stamp: &Stamp) -> Vec<u8> {
+        let system = &self.system;
+        match kind {
+            Kind::Squirmers => frame.squirmers_message(system).encode(stamp),
+            Kind::Scalars => frame.scalars_message(system).encode(stamp),
+            Kind::Fields => frame.fields_message(system, self.blocks, self.block).encode(stamp),
+            Kind::Particles => {
+                frame.particles_message(system, self.fraction, self.samples, self.population).encode(stamp)
+            }
+            Kind::Status => unreachable!("no output can ask for the status"),
+        }
+    }
 }
 
 /// All outputs of one run.
@@ -106,19 +135,31 @@ impl Due {
             block: wants(Kind::Fields).then_some(output.block),
             fraction: wants(Kind::Particles).then_some(output.fraction),
         };
-        Ok(Self { output: output.clone(), measurement: Measurement::new(session, wanted)?, kinds, sequence: 0 })
+        let measurement = Measurement::new(session, wanted)?;
+        let content = Content {
+            system: session.system().clone(),
+            population: session.particles(),
+            samples: measurement.samples,
+            fraction: output.fraction,
+            blocks: measurement.blocks,
+            block: output.block,
+            kinds,
+        };
+        Ok(Self { output: output.clone(), measurement, content: Arc::new(content), sequence: 0 })
     }
 
-    fn encode(&self, kind: Kind, frame: &Frame, system: &System, population: u64, stamp: &Stamp) -> Vec<u8> {
-        let m = &self.measurement;
-        match kind {
-            Kind::Squirmers => frame.squirmers_message(system).encode(stamp),
-            Kind::Scalars => frame.scalars_message(system).encode(stamp),
-            Kind::Fields => frame.fields_message(system, m.blocks, self.output.block).encode(stamp),
-            Kind::Particles => {
-                frame.particles_message(system, self.output.fraction, m.samples, population).encode(stamp)
-            }
-            Kind::Status => unreachable!("no output can ask for the status"),
+    fn stamp(&self, run_id: [u8; 16], step: u64) -> Stamp {
+        let system = &self.content.system;
+        #[allow(clippy::cast_precision_loss)]
+        let time = step as f64 * system.run.dt;
+        Stamp {
+            run_id,
+            step,
+            time,
+            seq: self.sequence,
+            every: self.output.every,
+            box_size: system.domain.size.map(f64::from),
+            walls: system.domain.walls.is_some(),
         }
     }
 }
@@ -151,7 +192,7 @@ impl Outputs {
     ) -> Result<Self, RunError> {
         let mut due = plan.outputs.iter().map(|o| Due::new(o, session)).collect::<Result<Vec<_>, _>>()?;
         let marks = saved.map_or(&[] as &[Mark], |s| &s.marks.outputs);
-        due.iter_mut().for_each(|d| d.sequence = Mark::sequence(marks, &d.kinds));
+        due.iter_mut().for_each(|d| d.sequence = Mark::sequence(marks, &d.content.kinds));
         let before = saved.map_or_else(Kept::default, |s| s.marks.kept.clone());
         let outlets = Outlets { before, ..Outlets::default() };
         let mut outputs = Self { due, waiting: VecDeque::new(), outlets, writer: None, run_id };
@@ -164,7 +205,7 @@ impl Outputs {
     }
 
     fn any(&self, pick: fn(&Targets) -> bool) -> bool {
-        self.due.iter().any(|d| d.kinds.iter().any(|(_, t)| pick(t)))
+        self.due.iter().any(|d| d.content.kinds.iter().any(|(_, t)| pick(t)))
     }
 
     /// Opens the files in the run's directory; what is there of a run that goes on is cut to its checkpoint.
@@ -219,8 +260,10 @@ impl Outputs {
     /// # Errors
     /// If the writer had to stop.
     pub fn mark(&mut self) -> Result<Marking, RunError> {
-        let mark =
-            |d: &Due| Mark { kinds: d.kinds.iter().map(|(k, _)| k.topic().to_owned()).collect(), sequence: d.sequence };
+        let mark = |d: &Due| Mark {
+            kinds: d.content.kinds.iter().map(|(k, _)| k.topic().to_owned()).collect(),
+            sequence: d.sequence,
+        };
         let kept = self.writer.as_mut().map(Writer::mark).transpose()?;
         Ok(Marking { outputs: self.due.iter().map(mark).collect(), kept })
     }
@@ -231,10 +274,9 @@ impl Outputs {
         for due in &self.due {
             let reading = due.measurement.take(session);
             session.wait()?;
-            let frame = Frame::new(session, &reading, reading.take()?);
-            for (kind, _) in due.kinds.iter().filter(|(_, t)| t.publish) {
-                let stamp = self.stamp(session.system(), &frame, due);
-                let max = due.encode(*kind, &frame, session.system(), session.particles(), &stamp).len();
+            let frame = Frame::new(session.system(), &reading.take()?);
+            for (kind, _) in due.content.kinds.iter().filter(|(_, t)| t.publish) {
+                let max = due.content.encode(*kind, &frame, &due.stamp(self.run_id, frame.step)).len();
                 match offers.iter_mut().find(|o| o.kind == *kind) {
                     Some(offer) => offer.max = max.max(offer.max),
                     None => offers.push(Offer { kind: *kind, max, on_slow: on_slow(&due.output) }),
@@ -242,18 +284,6 @@ impl Outputs {
             }
         }
         Ok(offers)
-    }
-
-    fn stamp(&self, system: &System, frame: &Frame, due: &Due) -> Stamp {
-        Stamp {
-            run_id: self.run_id,
-            step: frame.step,
-            time: frame.time,
-            seq: due.sequence,
-            every: due.output.every,
-            box_size: system.domain.size.map(f64::from),
-            walls: system.domain.walls.is_some(),
-        }
     }
 
     /// The first step after `step` at which something is due.
@@ -268,7 +298,7 @@ impl Outputs {
     /// If the GPU refuses.
     pub fn take(&mut self, session: &Session, step: u64) -> Result<(), RunError> {
         for (index, due) in self.due.iter().enumerate() {
-            if step.is_multiple_of(due.output.every) && !due.kinds.is_empty() {
+            if step.is_multiple_of(due.output.every) && !due.content.kinds.is_empty() {
                 self.waiting.push_back((index, step, due.measurement.take(session)));
             }
         }
@@ -281,24 +311,27 @@ impl Outputs {
         self.waiting.len() > DEPTH
     }
 
-    /// Hands what has arrived to the writer thread; once `stop` is true nothing waits for slow readers.
+    /// Hands what has arrived to the writer thread, which also makes the messages: a large snapshot takes longer to copy than the
+    /// steps that are submitted ahead. Once `stop` is true nothing waits for slow readers.
     ///
     /// # Errors
     /// If a snapshot was lost or the writer had to stop.
-    pub fn hand_over(&mut self, plan: &Plan, session: &Session, stop: &dyn Fn() -> bool) -> Result<(), RunError> {
+    pub fn hand_over(&mut self, plan: &Plan, stop: &dyn Fn() -> bool) -> Result<(), RunError> {
         while self.waiting.front().is_some_and(|(_, _, r)| r.settled()) {
             let (index, _, reading) = self.waiting.pop_front().expect("not empty");
-            let frame = Frame::new(session, &reading, reading.take()?);
-            faults::check(plan, frame.step, &frame.faults)?;
-            let due = &self.due[index];
-            let stamp = self.stamp(session.system(), &frame, due);
-            for (kind, targets) in &due.kinds {
-                let bytes = due.encode(*kind, &frame, session.system(), session.particles(), &stamp);
-                if let Some(writer) = &mut self.writer {
-                    writer.send_until(Job::Snapshot(bytes, *targets), stop)?;
-                }
+            let parts = reading.take()?;
+            faults::check(plan, parts.step, &parts.get::<u32>("faults"))?;
+            let due = &mut self.due[index];
+            let (content, stamp) = (due.content.clone(), due.stamp(self.run_id, parts.step));
+            let job = Job::snapshot(move || {
+                let frame = Frame::new(&content.system, &parts);
+                drop(parts);
+                content.kinds.iter().map(|(kind, to)| (content.encode(*kind, &frame, &stamp), *to)).collect()
+            });
+            if let Some(writer) = &mut self.writer {
+                writer.send_until(job, stop)?;
             }
-            self.due[index].sequence += 1;
+            due.sequence += 1;
         }
         Ok(())
     }

@@ -234,12 +234,12 @@ impl<'a> Turns<'a> {
         self.session.poll()?;
         while self.waiting.front().is_some_and(|(r, _)| r.settled()) {
             let (reading, fluid) = self.waiting.pop_front().expect("not empty");
-            let frame = Frame::new(&self.session, &reading, reading.take()?);
+            let frame = Frame::new(self.session.system(), &reading.take()?);
             faults::check(self.plan, frame.step, &frame.faults)?;
             self.books.enter(&frame, fluid);
             self.live.frame(&frame, fluid);
         }
-        self.outputs.hand_over(self.plan, &self.session, &|| watch.stop())
+        self.outputs.hand_over(self.plan, &|| watch.stop())
     }
 
     /// Enters the end into the books, which the checkpoint must not have, since the run may go on; then closes the outputs.

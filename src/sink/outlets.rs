@@ -121,12 +121,17 @@ impl Outlets {
 
 /// Work for the thread.
 pub enum Job {
-    /// Deliver an encoded message.
-    Snapshot(Vec<u8>, Targets),
-    /// Make a message and deliver it: encoding, too, is taken off the step loop.
-    Encode(Box<dyn FnOnce() -> Vec<u8> + Send>, Targets),
+    /// Make the messages of a snapshot and deliver them: encoding, too, is taken off the step loop.
+    Snapshot(Box<dyn FnOnce() -> Vec<(Vec<u8>, Targets)> + Send>),
     /// Sync recordings and tables, then answer.
     Sync(SyncSender<Kept>),
+}
+
+impl Job {
+    /// Deliver what this makes.
+    pub fn snapshot(make: impl FnOnce() -> Vec<(Vec<u8>, Targets)> + Send + 'static) -> Self {
+        Self::Snapshot(Box::new(make))
+    }
 }
 
 /// A thread that owns the outlets. Where the disk is slower than the run, the run waits rather than losing a recording.
@@ -237,8 +242,9 @@ fn work(mut outlets: Outlets, queue: &Receiver<Job>) -> Result<Summary, SinkErro
         let done = match queue.recv_timeout(WELCOME) {
             Err(RecvTimeoutError::Disconnected) => break,
             Err(RecvTimeoutError::Timeout) => Ok(()),
-            Ok(Job::Snapshot(bytes, targets)) => outlets.deliver(&bytes, targets).map(|()| snapshots += 1),
-            Ok(Job::Encode(encode, targets)) => outlets.deliver(&encode(), targets).map(|()| snapshots += 1),
+            Ok(Job::Snapshot(make)) => {
+                make().iter().try_for_each(|(bytes, targets)| outlets.deliver(bytes, *targets).map(|()| snapshots += 1))
+            }
             Ok(Job::Sync(answer)) => outlets.sync().map(|kept| {
                 // A caller that no longer listens needs no answer.
                 let _ = answer.send(Kept { snapshots: kept.snapshots + snapshots, ..kept });

@@ -193,9 +193,12 @@ fn buffers_beyond_the_adapter_are_refused() {
     let loaded = super::good(GOOD);
     let bytes = squirm::config::meaning(&loaded).memory;
     let largest = bytes.iter().map(|(_, n)| *n).max().expect("there are buffers");
-    assert_eq!(loaded.exceeds("GPU", largest), []);
-    let found = loaded.exceeds("GPU", largest - 1);
+    assert_eq!(loaded.exceeds("GPU", (largest.div_ceil(3), 3)), []);
+    let found = loaded.exceeds("GPU", (largest.div_ceil(3) - 1, 3));
     assert!(!found.is_empty());
     let line = found[0].plain(&loaded.sources);
-    assert!(line.starts_with("f.toml:7:8: error: `") && line.contains("but a kernel on GPU can bind"), "{line}");
+    assert!(
+        line.starts_with("f.toml:7:8: error: `") && line.contains("but a kernel on GPU can bind 3 buffers of"),
+        "{line}"
+    );
 }

@@ -8,6 +8,7 @@ mod conservation;
 mod energy_bias;
 mod fused;
 mod motion;
+mod parts;
 mod restore_thermostat;
 #[path = "../rig/mod.rs"]
 mod rig;
