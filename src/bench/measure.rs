@@ -65,6 +65,7 @@ pub fn measure(
     effort: Effort,
     stop: &dyn Fn() -> bool,
 ) -> Result<Measured, BenchError> {
+    Session::fits(gpu, plan, form)?;
     let state = crate::state::start::start(&plan.system).map_err(RunError::from)?;
     let session = Session::formed(gpu, plan, &state, form)?;
     drop(state);

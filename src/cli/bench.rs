@@ -205,16 +205,6 @@ fn measured(args: &Args, show: bool) -> Result<Report, ExitCode> {
         print(&bench::header(&report));
     }
     for task in &tasks {
-        // Before particles are placed that no buffer could hold.
-        let too_large = task.loaded.exceeds(&gpu.summary.name, (gpu.summary.part(), gpu.summary.most_bindings));
-        if let Some(first) = too_large.first() {
-            if task.named {
-                render::all(&too_large, &task.loaded.sources);
-                return Err(ExitCode::from(WRONG_USAGE));
-            }
-            skip(&mut skipped, &task.name, first.message.clone());
-            continue;
-        }
         match measure(args, (&gpu, &mut report, &stop), task) {
             Ok(text) if show => {
                 print(&format!("\n{text}"));

@@ -1,24 +1,10 @@
 //! What only shows when a run is to start, told at its place in the file: limits of an adapter, squirmers that find no room.
 
-use super::{Loaded, meaning};
+use super::Loaded;
 use crate::diag::Diagnostic;
 use crate::state::start::StartError;
 
 impl Loaded {
-    /// An error for each buffer that is larger than what a kernel can bind on this adapter in so many parts at most.
-    #[must_use]
-    pub fn exceeds(&self, adapter: &str, (part, parts): (u64, u32)) -> Vec<Diagnostic> {
-        let large = meaning(self).memory.into_iter().filter(|(_, bytes)| *bytes > u64::from(parts) * part);
-        let error = |(name, bytes): (&str, u64)| {
-            self.too_large(format!(
-                "`{name}` takes {}, but a kernel on {adapter} can bind {parts} buffers of {} at most",
-                meaning::bytes(bytes),
-                meaning::bytes(part)
-            ))
-        };
-        large.map(error).collect()
-    }
-
     /// An error that a smaller box would cure.
     #[must_use]
     pub fn too_large(&self, message: String) -> Diagnostic {

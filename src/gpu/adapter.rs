@@ -36,12 +36,18 @@ impl AdapterSummary {
         1 << self.largest_binding.max(16).ilog2()
     }
 
+    /// How many parts a buffer of so many bytes has.
+    #[must_use]
+    pub fn parts(&self, bytes: u64) -> u64 {
+        if bytes > self.largest_binding { bytes.div_ceil(self.part()) } else { 1 }
+    }
+
     /// Whether a kernel may bind so many buffers.
     ///
     /// # Errors
     /// If it may not.
-    pub fn can_bind(&self, kernel: &str, needed: usize) -> Result<(), GpuError> {
-        if needed <= self.most_bindings as usize {
+    pub fn can_bind(&self, kernel: &str, needed: u64) -> Result<(), GpuError> {
+        if needed <= u64::from(self.most_bindings) {
             return Ok(());
         }
         let (kernel, adapter) = (kernel.to_owned(), self.name.clone());

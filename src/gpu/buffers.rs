@@ -38,8 +38,8 @@ impl Buffers {
         for buffer in &wanted {
             let uniform = buffer.life == Life::Setting && buffer.name == "system";
             let bytes = (sizes.bytes(buffer) + room).next_multiple_of(16);
-            let most = if bytes > gpu.summary.largest_binding { part } else { bytes };
-            let lengths = (0..bytes.div_ceil(most)).map(|k| most.min(bytes - k * most));
+            let most = if gpu.summary.parts(bytes) > 1 { part } else { bytes };
+            let lengths = (0..gpu.summary.parts(bytes)).map(|k| most.min(bytes - k * most));
             let made: Vec<_> = lengths.map(|length| storage(gpu, buffer.name, length, uniform)).collect();
             parts.insert(buffer.name, made);
         }

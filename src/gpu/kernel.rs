@@ -86,7 +86,7 @@ impl Kernel {
         let constants: Vec<(&str, f64)> =
             constants.iter().copied().filter(|(name, _)| module.text.contains(&format!("override {name}:"))).collect();
         let bindings = module.bindings(entry_point);
-        gpu.summary.can_bind(entry_point, bindings.iter().filter(|b| !b.uniform).count())?;
+        gpu.summary.can_bind(entry_point, bindings.iter().filter(|b| !b.uniform).count() as u64)?;
         let entries: Vec<_> = bindings.iter().map(layout_entry).collect();
         let layout = gpu
             .device

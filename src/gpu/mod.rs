@@ -3,6 +3,7 @@
 pub mod adapter;
 mod buffers;
 mod copy;
+mod demand;
 mod fused;
 pub mod kernel;
 mod loose;
@@ -56,7 +57,7 @@ pub enum GpuError {
         /// The kernel's name.
         kernel: String,
         /// Buffers that it would have to bind.
-        needed: usize,
+        needed: u64,
         /// Bytes of the largest.
         part: u64,
         /// Buffers that the adapter binds.

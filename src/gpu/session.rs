@@ -1,14 +1,14 @@
 //! A run's buffers and kernels on an opened adapter, and the encoding of steps.
 
 use super::buffers::Buffers;
-use super::fused::{Fused, Ordered};
+use super::demand::Demand;
+use super::fused::Fused;
 use super::loose::Loose;
 use super::{Gpu, GpuError};
 use crate::buffers::{CATALOGUE, Sizes, SquirmerState};
+use crate::graph::Plan;
 use crate::graph::fused::Occasion;
-use crate::graph::{self, Plan};
 use crate::state::{Particle, State, System, packed};
-use std::collections::HashSet;
 
 /// A run on a GPU.
 pub struct Session {
@@ -89,26 +89,16 @@ impl Session {
         (form, room): (Form, u64),
     ) -> Result<Self, GpuError> {
         let count = particles.len() as u64;
-        let mut sizes = match form {
-            Form::Loose => packed::sizes(&plan.system, count),
-            Form::Fused => graph::fused::sizes(plan, count, gpu.gathering),
-        };
+        let demand = Demand::new(gpu, plan, count, form)?;
+        let used = demand.used();
+        let mut sizes = demand.sizes;
         if sizes.room > 0 {
             sizes.room = packed::brick_room_for(&plan.system, particles.iter().map(|p| [p[0], p[1], p[2]]));
         }
-        let (modules, ordered) = match form {
-            Form::Loose => (plan.stages.iter().map(|s| s.entry.module()).collect::<Result<Vec<_>, _>>()?, None),
-            Form::Fused => (Vec::new(), Some(Ordered::new(plan, gpu.lanes, &sizes)?)),
-        };
-        let all = modules.iter().chain(ordered.iter().flat_map(|o| o.kernels.iter().map(|(_, module)| module)));
-        let mut used: HashSet<String> =
-            all.flat_map(|m| m.entry_points().flat_map(|e| m.bindings(e)).map(|b| b.name.clone())).collect();
-        // A snapshot needs these whatever the stages use.
-        used.extend(graph::SHOWN.map(str::to_owned));
         let buffers = Buffers::create(gpu, &sizes, room, CATALOGUE.iter().filter(|b| used.contains(b.name)))?;
-        let steps = match ordered {
+        let steps = match demand.fused {
             Some(ordered) => Steps::Fused(Fused::new(gpu, plan, ordered, &buffers, &sizes)?),
-            None => Steps::Loose(Loose::new(gpu, plan, &modules, &buffers, &sizes)?),
+            None => Steps::Loose(Loose::new(gpu, plan, &demand.loose, &buffers, &sizes)?),
         };
         let marks = match &steps {
             Steps::Loose(loose) => loose.labels().len(),

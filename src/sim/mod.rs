@@ -80,7 +80,10 @@ pub fn run(plan: &Plan, options: &Options, watch: &mut dyn Watch) -> Result<Summ
             let at = (saved.note.particles, saved.note.step);
             Session::resumed(&gpu, plan, at, options.form, &saved.buffers())?
         }
-        None => Session::formed(&gpu, plan, &crate::state::start::start(&plan.system)?, options.form)?,
+        None => {
+            Session::fits(&gpu, plan, options.form)?;
+            Session::formed(&gpu, plan, &crate::state::start::start(&plan.system)?, options.form)?
+        }
     };
     let run_id = saved.as_ref().map_or_else(|| outputs::identity(plan), |s| s.note.run_id);
     let live = Live::open(plan, options, &session, run_id)?;

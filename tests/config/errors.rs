@@ -189,16 +189,8 @@ fn starts_that_cannot_be_made_are_told_at_their_place() {
 }
 
 #[test]
-fn buffers_beyond_the_adapter_are_refused() {
+fn what_no_adapter_can_hold_is_told_at_the_size_of_the_box() {
     let loaded = super::good(GOOD);
-    let bytes = squirm::config::meaning(&loaded).memory;
-    let largest = bytes.iter().map(|(_, n)| *n).max().expect("there are buffers");
-    assert_eq!(loaded.exceeds("GPU", (largest.div_ceil(3), 3)), []);
-    let found = loaded.exceeds("GPU", (largest.div_ceil(3) - 1, 3));
-    assert!(!found.is_empty());
-    let line = found[0].plain(&loaded.sources);
-    assert!(
-        line.starts_with("f.toml:7:8: error: `") && line.contains("but a kernel on GPU can bind 3 buffers of"),
-        "{line}"
-    );
+    let line = loaded.too_large("a kernel needs more".into()).plain(&loaded.sources);
+    assert!(line.starts_with("f.toml:7:8: error: a kernel needs more") && line.contains("smaller box"), "{line}");
 }

@@ -89,6 +89,10 @@ fn more_parts_than_a_kernel_can_bind_are_refused() {
     gpu.summary.most_bindings = 20;
     let refused = Session::formed(&gpu, &plan, &start, Form::Fused).map(drop).expect_err("too many parts");
     assert!(matches!(&refused, GpuError::TooLarge { needed: 21.., part: 32_768, most: 20, .. }), "{refused:?}");
+    // The same is known before there are particles; the plan has as many as lie here.
+    let before = Session::fits(&gpu, &plan, Form::Fused).expect_err("too many parts");
+    assert!(matches!(&before, GpuError::TooLarge { needed: 21.., .. }), "{before:?}");
+    Session::fits(rig::gpu(), &plan, Form::Fused).expect("it fits in one piece");
     let said = refused.to_string();
     assert!(said.starts_with("kernel `") && said.contains("binds 20 at most: make the box smaller"), "{said}");
 }
