@@ -165,6 +165,12 @@ fn every_case_is_a_plan_without_errors() {
 
 #[test]
 fn an_adapter_that_is_too_small_says_so_at_the_size_of_the_box() {
-    let (code, _, err) = bench(&["energy", "--set", "box.size=[1000,1000,1000]", "--set", "fluid.density=1"]);
-    assert!(code == 2 && err.contains("can bind") && err.contains("--set box.size"), "{code}: {err}");
+    let (code, out, err) = bench(&["energy", "--set", "box.size=[500,500,500]", "--set", "fluid.density=0.1"]);
+    if out.contains("llvmpipe") {
+        assert!(err.contains("binds 32 at most") && err.contains("--set box.size"), "{err}");
+        assert_eq!(code, 2, "{err}");
+    } else {
+        // A GPU can bind what these 125 million cells need.
+        assert_eq!(code, 0, "{err}");
+    }
 }

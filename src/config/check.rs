@@ -2,12 +2,13 @@
 
 use super::list::Listed;
 use super::node::Node;
+use crate::buffers::find;
 use crate::diag::Diagnostic;
-use crate::graph::sizes::contact_range;
+use crate::graph::sizes::{contact_range, sizes};
 use crate::math::steric::SAFETY;
 use crate::params::{Params, Value};
 use crate::stages::squirmer_move::SquirmerMove;
-use crate::state::packed::bins;
+use crate::state::packed::{bins, brick_room};
 use crate::state::{Species, System};
 use glam::DVec3;
 
@@ -93,10 +94,21 @@ fn run(system: &System, root: &Node, found: &mut Vec<Diagnostic>) {
             .help("5 to 50 particles per cell are usual"),
         );
     }
+    let size = |message: String, label: &str| {
+        let error = Diagnostic::error(message).at(root.place(&["box", "size"]), label);
+        error.help("take a smaller box or a lower density")
+    };
+    // Elements of the longest arrays, in the words by which they are addressed.
+    let cells = sizes(system).cells;
+    let words = cells * find("moments").map_or(0, |b| b.words as u64);
+    let rooms = cells.div_ceil(64) * brick_room(system);
     if system.particle_count() > u64::from(u32::MAX) {
         let message = format!("{} particles are more than a 32-bit index can tell apart", system.particle_count());
-        let error = Diagnostic::error(message).at(root.place(&["box", "size"]), "times the density");
-        found.push(error.help("take a smaller box or a lower density"));
+        found.push(size(message, "times the density"));
+    } else if words.max(rooms) > u64::from(u32::MAX) {
+        let message =
+            format!("{cells} cells and the room for their particles are more than 32-bit indices can tell apart");
+        found.push(size(message, "size of the box"));
     }
 }
 

@@ -194,3 +194,12 @@ fn what_no_adapter_can_hold_is_told_at_the_size_of_the_box() {
     let line = loaded.too_large("a kernel needs more".into()).plain(&loaded.sources);
     assert!(line.starts_with("f.toml:7:8: error: a kernel needs more") && line.contains("smaller box"), "{line}");
 }
+
+#[test]
+fn what_no_index_can_reach_is_refused() {
+    // Bricks are whole: 600 x 604 x 600 cells.
+    let cells = "217440000 cells and the room for their particles are more than 32-bit indices can tell apart";
+    let large = ("size = [24, 20, 24]", "size = [600, 600, 600]");
+    says(&[large], "7:8", &[cells]);
+    says(&[large, ("density = 10", "density = 20")], "7:8", &["particles are more than a 32-bit index"]);
+}
