@@ -97,9 +97,16 @@ fn add_to_cell(cell: u32, s: Sums) {
     add_words(21u, cell, s.xv2);
 }
 
-// Whether a wall cuts the cells of this row along y: then their particles are in the sums in memory, to which wall ghosts have added.
+// Whether a wall cuts the cells of this row along y: then there are wall ghosts in them.
 fn at_wall(row: u32) -> bool {
     return WALLS && (row == 0u || row >= system.cells.y - 1u);
+}
+
+// Whether a brick has cells in the two rows beside a wall: then its particles are in the sums in memory, to which wall ghosts have added.
+fn beside_wall(brick: u32) -> bool {
+    let n = bricks_per_axis();
+    let y = brick / n.x % n.y;
+    return WALLS && (y == 0u || y >= (system.cells.y - 2u) / 4u);
 }
 
 fn row_of(cell: u32) -> u32 {
@@ -107,19 +114,8 @@ fn row_of(cell: u32) -> u32 {
     return 4u * (cell / BRICK_CELLS / n.x % n.y) + cell / 4u % 4u;
 }
 
-// The row along y of the cell that a particle is in.
-fn row_at(y: u32) -> u32 {
-    return split(y + shift[1], system.period.y).x;
-}
-
-// Adds to its cell's sums a particle, if there is one, unless a wall cuts that cell.
-fn add_particle(is_one: bool, p: Particle) {
-    if is_one && !at_wall(row_at(p.position.y)) {
-        add_anywhere(p);
-    }
-}
-
-fn add_anywhere(p: Particle) {
+// Adds a particle to the sums of its cell.
+fn add_particle(p: Particle) {
     let place = locate(p.position, vec3<u32>(shift[0], shift[1], shift[2]));
     let fault = fault_of(square_of(p.velocity));
     if fault != 0u {
@@ -129,12 +125,14 @@ fn add_anywhere(p: Particle) {
     add_to_cell(place.cell % BRICK_CELLS, contribution(ONE_PARTICLE, place.offset, p.velocity));
 }
 
-// Adds up the sums of all cells of a brick, with the ghosts at the end of its room; cells at walls have their particles in memory.
+// Adds up the sums of all cells of a brick, with the ghosts at the end of its room; beside walls the particles are in memory already.
 fn gather_brick(brick: u32, lane: u32) {
     clear_sums(lane);
     let count = particles_of_brick(brick, lane);
-    for (var k = lane; k < count; k += BRICK_LANES) {
-        add_particle(true, particle_in_brick(brick * system.room + k));
+    if !beside_wall(brick) {
+        for (var k = lane; k < count; k += BRICK_LANES) {
+            add_particle(particle_in_brick(brick * system.room + k));
+        }
     }
     add_ghosts(brick, lane);
 }
@@ -172,7 +170,7 @@ fn sum_words(k: u32, cell: u32) -> vec3<i32> {
 // The sums of one cell, once they are there.
 fn gathered(cell: u32) -> Sums {
     let s = sums_of_workgroup(cell % BRICK_CELLS);
-    if WALLS && at_wall(row_of(cell)) {
+    if beside_wall(cell / BRICK_CELLS) {
         return sum_of(s, sums_at(cell));
     }
     return s;
@@ -208,7 +206,7 @@ fn gather(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) grou
     }
 }
 
-// The same without ghosts for the bricks that have one of the two layers of cells beside a wall: what wall ghosts need to know.
+// The same without ghosts for the bricks beside walls: what wall ghosts need to know, and nobody adds up again.
 @compute @workgroup_size(BRICK_LANES)
 fn gather_walls(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
     let n = bricks_per_axis();
@@ -225,7 +223,7 @@ fn gather_walls(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups
     clear_sums(lane);
     let count = particles_of_brick(brick, lane);
     for (var k = lane; k < count; k += BRICK_LANES) {
-        add_anywhere(particle_in_brick(brick * system.room + k));
+        add_particle(particle_in_brick(brick * system.room + k));
     }
     workgroupBarrier();
     if lane < BRICK_CELLS {

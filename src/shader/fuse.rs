@@ -304,20 +304,17 @@ fn for_each(most: usize, lanes: &str, line: &str) -> String {
 /// The particles, or the last of them if there are many, stay at hand.
 fn made_and_kept(parts: &[Part<'_>]) -> Vec<String> {
     let head = [
+        "let added = select(count, 0u, beside_wall(index));".to_owned(),
         format!("for (var base = 0u; base < count; base += {PER_LANE}u * BRICK_LANES) {{"),
         for_each(PER_LANE, "BRICK_LANES", "p# = fetched(index, NTH, count);"),
-        for_each(PER_LANE, "BRICK_LANES", "add_particle(NTH < count, p#);"),
+        for_each(PER_LANE, "BRICK_LANES", "if NTH < added { add_particle(p#); }"),
         "}".to_owned(),
         "add_ghosts(index, lane);".to_owned(),
         "if lane < BRICK_CELLS {".to_owned(),
         "let i = index * BRICK_CELLS + lane;".to_owned(),
     ];
-    let tail = [
-        "keep_operator(lane, o);",
-        "if WALLS && at_wall(row_of(i)) { store_operator(i, o); }",
-        "}",
-        "workgroupBarrier();",
-    ];
+    let tail =
+        ["keep_operator(lane, o);", "if at_wall(row_of(i)) { store_operator(i, o); }", "}", "workgroupBarrier();"];
     head.into_iter().chain(operator(parts, true, false)).chain(tail.map(str::to_owned)).collect()
 }
 
