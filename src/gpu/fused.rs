@@ -3,9 +3,9 @@
 use super::buffers::Buffers;
 use super::kernel::{Kernel, compile, groups, settings};
 use super::{Gpu, GpuError};
-use crate::buffers::{Now, Sizes};
+use crate::buffers::{Extent, Now, Sizes};
 use crate::graph::fused::{Item, Occasion, bricks, items, joint, sifted};
-use crate::graph::{Plan, constants, small};
+use crate::graph::{Plan, beside, constants, small};
 use crate::shader::{Lanes, Module, Over, settings_name};
 use crate::stages::Entry;
 use std::collections::HashMap;
@@ -75,6 +75,7 @@ impl Ordered {
             Item::Bricks(members, route) => bricks(members, *route, stages)?,
             Item::Alone(m) => stages[m.stage].0.fused_module(&m.text(), item.lanes(self.lanes, sizes))?,
             Item::Small(members) => small::module(members, stages, sizes)?,
+            Item::Beside(members) => beside::module(members, stages, self.lanes, sizes)?,
         };
         self.kernels.push((item, module));
         Ok(self.kernels.len() - 1)
@@ -104,6 +105,9 @@ impl Fused {
             let over = item.over();
             let groups = match item {
                 Item::Small(_) => [1, 1],
+                Item::Beside(ref members) => {
+                    groups(64 * beside::workgroups(members, ordered.lanes, sizes), Extent::Particles)
+                }
                 _ => groups(sizes.count(over) * item.lanes(ordered.lanes, sizes).count(), over),
             };
             let (point, label) = (item.point(), item.label(|stage| plan.stages[stage].entry.kind));

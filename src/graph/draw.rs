@@ -75,8 +75,13 @@ type Row = (String, Vec<Use>, Extent);
 fn rows(item: &Item, stages: &[(&'static Entry, u32, bool)]) -> Vec<Row> {
     let point = |m: &Member| format!("{} {}", stages[m.stage].0.kind, m.phase.entry);
     let members = item.members();
-    if let Item::Small(_) = item {
-        let head = ("one workgroup:".to_owned(), Vec::new(), Extent::One);
+    let several = match item {
+        Item::Small(_) => Some("one workgroup:"),
+        Item::Beside(_) => Some("side by side:"),
+        _ => None,
+    };
+    if let Some(head) = several {
+        let head = (head.to_owned(), Vec::new(), Extent::One);
         let indented = members.iter().map(|m| (format!("  {}", point(m)), m.uses.clone(), m.phase.over));
         return std::iter::once(head).chain(indented).collect();
     }

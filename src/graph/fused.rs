@@ -10,7 +10,7 @@ mod item;
 pub use item::{Item, Member};
 
 use super::kernels::{APPLY, Use, reflected};
-use super::{Plan, small};
+use super::{Plan, beside, small};
 use crate::buffers::{Extent, Gathering, Sizes, find};
 use crate::shader::{Module, Over, Part, Route, ShaderError, fuse};
 use crate::stages::{Entry, Phase};
@@ -119,10 +119,11 @@ type Staged = (&'static Entry, u32, bool);
 /// # Errors
 /// If the WGSL of a stage is not valid.
 pub fn items(stages: &[Staged], occasion: Occasion, sizes: &Sizes) -> Result<Vec<Item>, ShaderError> {
-    match sizes.at_once {
-        true => Ok(at_once::items(stages, occasion, sizes)?.expect("it was found to be possible")),
-        false => parted(stages, occasion, sizes),
-    }
+    let items = match sizes.at_once {
+        true => at_once::items(stages, occasion, sizes)?.expect("it was found to be possible"),
+        false => parted(stages, occasion, sizes)?,
+    };
+    Ok(small::joined(beside::joined(items, sizes), sizes))
 }
 
 /// The order in which the sums over cells have kernels of their own.
@@ -166,7 +167,7 @@ fn parted(stages: &[Staged], occasion: Occasion, sizes: &Sizes) -> Result<Vec<It
         Occasion::Next => Route::Stay,
         Occasion::Last => Route::Leave,
     });
-    Ok(small::joined(arranged(postponed(list, stages), stages, route), sizes))
+    Ok(arranged(postponed(list, stages), stages, route))
 }
 
 /// Bricks add up their sums, ghosts included, where these are used: right before the first operators are made.

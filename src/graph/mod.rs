@@ -1,5 +1,6 @@
 //! The plan of a run: the validated list of stages and outputs over the buffers of the catalogue.
 
+pub mod beside;
 pub mod draw;
 pub mod freshness;
 pub mod fused;

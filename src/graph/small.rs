@@ -27,12 +27,12 @@ fn small<'a>(item: &'a Item, sizes: &Sizes) -> Option<&'a Member> {
     (short && apart(m.wgsl, m.phase.entry)).then_some(m)
 }
 
-fn conflicts(a: &[Member], b: &[Member]) -> bool {
+pub(super) fn conflicts(a: &[Member], b: &[Member]) -> bool {
     a.iter().any(|x| b.iter().any(|y| conflict(x, y)))
 }
 
 /// A dispatch tells all of its members the same step and repetition.
-fn same_time(group: &[Member], member: &Member) -> bool {
+pub(super) fn same_time(group: &[Member], member: &Member) -> bool {
     let told = |m: &Member| (m.late, m.repetition);
     !member.now || group.iter().filter(|g| g.now).all(|g| told(g) == told(member))
 }

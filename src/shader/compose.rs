@@ -78,6 +78,14 @@ pub fn compose(text: &str, settings: &str) -> Result<String, UnknownInclude> {
     Ok(module)
 }
 
+/// A text with the library files that it includes, as far as there are such.
+pub(super) fn with_library(text: &str) -> String {
+    let mut module = String::new();
+    // What is missing is said when the module is made.
+    let _ = include(text, &mut Vec::new(), &mut module);
+    module
+}
+
 fn include(text: &str, included: &mut Vec<String>, module: &mut String) -> Result<(), UnknownInclude> {
     for name in text.lines().filter_map(|line| line.strip_prefix("//!include ")).map(str::trim) {
         if included.iter().any(|n| n == name) {

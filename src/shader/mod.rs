@@ -1,5 +1,6 @@
 //! WGSL: structs shared with Rust, composition of a stage's module from its files, reflection of what a kernel binds.
 
+pub mod beside;
 pub mod compose;
 pub mod fuse;
 pub mod reflect;
@@ -7,6 +8,7 @@ pub mod shared;
 pub mod small;
 pub mod split;
 
+pub use beside::{Side, compatible, side_by_side, usual};
 pub use compose::compose;
 pub use fuse::{ENTRY, Lanes, Over, Part, Rare, Route, after_the_shift, fuse, settings_name};
 pub use reflect::{Access, Binding, Module, ShaderError};

@@ -36,42 +36,67 @@ pub fn apart(wgsl: &str, point: &str) -> bool {
 /// # Errors
 /// If the parts do not fit together as WGSL.
 pub fn one_workgroup(phases: &[Phase<'_>]) -> Result<Module, ShaderError> {
+    let parts: Vec<Part<'_>> = phases.iter().map(|p| p.part).collect();
+    // Invocations read what others of the workgroup wrote.
+    let coherent =
+        |bindings: String| bindings.replace("var<storage, read_write>", "@coherent var<storage, read_write>");
+    together(&parts, of_elements, coherent, &entry(&parts, phases))
+}
+
+/// One module of entry points that have become functions named after their stages, and what calls them.
+pub(super) fn together(
+    parts: &[Part<'_>],
+    as_functions: fn(&str, &[&str]) -> String,
+    bound: impl Fn(String) -> String,
+    entry: &str,
+) -> Result<Module, ShaderError> {
     let mut includes = vec!["dispatch".to_owned()];
     let (mut bindings, mut bodies, mut declarations) = (Vec::<Bound>::new(), String::new(), String::new());
     let mut kinds: Vec<&str> = Vec::new();
-    for (k, phase) in phases.iter().enumerate() {
-        let part = &phase.part;
+    for (k, part) in parts.iter().enumerate() {
         if !kinds.contains(&part.kind) {
             kinds.push(part.kind);
             declarations.push_str(part.settings);
         }
-        if phases[..k].iter().any(|p| p.part.wgsl == part.wgsl) {
+        if parts[..k].iter().any(|p| p.wgsl == part.wgsl) {
             continue;
         }
-        let points: Vec<&str> = phases.iter().filter(|p| p.part.wgsl == part.wgsl).map(|p| p.part.function).collect();
+        let points: Vec<&str> = parts.iter().filter(|p| p.wgsl == part.wgsl).map(|p| p.function).collect();
         let text = part.wgsl.replace("settings.", &format!("{}.", super::settings_name(part.kind)));
         let mut body = String::new();
-        take(&of_elements(&text, &points), part, &mut includes, &mut bindings, &mut body);
-        bodies.push_str(&named(&body, &stem(part.kind)));
+        take(&as_functions(&text, &points), part, &mut includes, &mut bindings, &mut body);
+        bodies.push_str(&named(&body, &prefix(parts, part)));
     }
     let mut text = String::new();
     for name in &includes {
         let _ = writeln!(text, "//!include {name}");
     }
-    // Invocations read what others of the workgroup wrote.
-    text.push_str(&bind_lines(&bindings).replace("var<storage, read_write>", "@coherent var<storage, read_write>"));
+    text.push_str(&bound(bind_lines(&bindings)));
     text.push_str("var<immediate> now: Now;\n");
     text.push_str(&bodies);
-    text.push_str(&entry(phases));
+    text.push_str(entry);
     Module::new(&kinds.join(" + "), &text, &declarations)
 }
 
-fn stem(kind: &str) -> String {
-    kind.replace('-', "_")
+/// What the functions of a part begin with: its stage, and which of the stage's texts it has, from the second on.
+pub(super) fn prefix(parts: &[Part<'_>], part: &Part<'_>) -> String {
+    let mut texts: Vec<&str> = Vec::new();
+    for own in parts.iter().filter(|p| p.kind == part.kind).map(|p| p.wgsl) {
+        if !texts.contains(&own) {
+            texts.push(own);
+        }
+    }
+    let which = texts.iter().position(|text| *text == part.wgsl).filter(|k| *k > 0);
+    part.kind.replace('-', "_") + &which.map_or(String::new(), |k| k.to_string())
 }
 
 /// The text with these entry points as functions `(element: u32)`.
 fn of_elements(text: &str, points: &[&str]) -> String {
+    as_functions(text, points, "element: u32", |line| line.replace(INDEX, "element"))
+}
+
+/// The text with these entry points as functions of `arguments`; `inside` changes the lines of their bodies.
+pub(super) fn as_functions(text: &str, points: &[&str], arguments: &str, inside: fn(&str) -> String) -> String {
     let mut out = String::new();
     let mut lines = text.lines().peekable();
     while let Some(line) = lines.next() {
@@ -80,9 +105,9 @@ fn of_elements(text: &str, points: &[&str]) -> String {
         match point {
             Some(point) if line.starts_with("@compute") => {
                 lines.next();
-                let _ = writeln!(out, "fn {point}(element: u32) {{");
-                for inside in lines.by_ref().take_while(|l| *l != "}") {
-                    out.push_str(&inside.replace(INDEX, "element"));
+                let _ = writeln!(out, "fn {point}({arguments}) {{");
+                for line in lines.by_ref().take_while(|l| *l != "}") {
+                    out.push_str(&inside(line));
                     out.push('\n');
                 }
                 out.push_str("}\n");
@@ -96,8 +121,8 @@ fn of_elements(text: &str, points: &[&str]) -> String {
     out
 }
 
-/// The text with `STEM_` before the names of the functions that it declares.
-fn named(text: &str, stem: &str) -> String {
+/// The text with `PREFIX_` before the names of the functions that it declares.
+fn named(text: &str, prefix: &str) -> String {
     let declared = |line: &'_ str| line.strip_prefix("fn ").and_then(|l| l.split_once('(')).map(|(n, _)| n.to_owned());
     let names: Vec<String> = text.lines().filter_map(declared).collect();
     let mut out = String::new();
@@ -108,7 +133,7 @@ fn named(text: &str, stem: &str) -> String {
             continue;
         }
         if c == '(' && !out.ends_with('.') && names.contains(&word) {
-            let _ = write!(out, "{stem}_");
+            let _ = write!(out, "{prefix}_");
         }
         out.push_str(&word);
         word.clear();
@@ -118,14 +143,14 @@ fn named(text: &str, stem: &str) -> String {
     out
 }
 
-fn entry(phases: &[Phase<'_>]) -> String {
+fn entry(parts: &[Part<'_>], phases: &[Phase<'_>]) -> String {
     let mut text =
         format!("@compute @workgroup_size({INVOCATIONS})\nfn {ENTRY}(@builtin(local_invocation_index) lane: u32) {{\n");
     for Phase { part, count, waits } in phases {
         if *waits {
             text.push_str("    storageBarrier();\n");
         }
-        let call = format!("{}_{}(i);", stem(part.kind), part.function);
+        let call = format!("{}_{}(i);", prefix(parts, part), part.function);
         let _ = writeln!(text, "    for (var i = lane; i < {count}u; i += {INVOCATIONS}u) {{ {call} }}");
     }
     text.push_str("}\n");

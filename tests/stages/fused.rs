@@ -163,12 +163,17 @@ fn crowded_cells_lose_no_ghost() {
     assert!(ghosts > 30.0, "{ghosts}");
 }
 
-/// The plan of these stages, and their kinds; everything small in it is valid WGSL.
+/// The plan of these stages, and their kinds; everything in it that shares a workgroup or a dispatch is valid WGSL.
 fn planned(kinds: &[&str], occasion: Occasion, sizes: &Sizes) -> (Vec<&'static str>, Vec<Item>) {
     let stages: Vec<_> = kinds.iter().map(|k| (stages::find(k).expect("a stage"), 1, *k != "sort-reorder")).collect();
     let items = items(&stages, occasion, sizes).expect("valid");
     for item in items.iter().filter(|i| matches!(i, Item::Small(_))) {
         squirm::graph::small::module(item.members(), &stages, sizes).expect("valid");
+    }
+    for (item, lanes) in
+        items.iter().filter(|i| matches!(i, Item::Beside(_))).zip([Lanes::One, Lanes::Four].iter().cycle())
+    {
+        squirm::graph::beside::module(item.members(), &stages, *lanes, sizes).expect("valid");
     }
     (stages.iter().map(|s| s.0.kind).collect(), items)
 }
@@ -310,19 +315,40 @@ fn small(kinds: &[&str], squirmers: u64) -> Vec<Vec<&'static str>> {
 #[test]
 fn what_shares_a_workgroup() {
     assert_eq!(small(rig::BULK, 0), [["keep_shift", "shift_grid"]]);
-    let motion = ["keep_shift", "absorb", "drift_first", "force", "kick_drift", "shift_grid", "clear_sums"];
-    assert_eq!(small(rig::EVERYTHING, 6), [motion.to_vec(), vec!["absorb", "average"]]);
+    assert_eq!(
+        small(rig::EVERYTHING, 6),
+        [["keep_shift", "absorb", "drift_first", "force", "kick_drift", "shift_grid"]]
+    );
     // 64 invocations for each of 33 squirmers are many; squirmers are from 257 on.
-    let apart = ["keep_shift", "absorb", "drift_first", "shift_grid", "clear_sums"];
     assert_eq!(small(rig::EVERYTHING, 32), small(rig::EVERYTHING, 6));
-    assert_eq!(small(rig::EVERYTHING, 33), [apart.to_vec(), vec!["absorb", "average"]]);
+    assert_eq!(small(rig::EVERYTHING, 33), [["keep_shift", "absorb", "drift_first", "shift_grid"]]);
     assert_eq!(small(rig::EVERYTHING, 256), small(rig::EVERYTHING, 33));
     assert_eq!(small(rig::EVERYTHING, 257), [["keep_shift", "shift_grid"]]);
-    assert_eq!(small(rig::EVERYTHING, 1025), [["keep_shift", "clear_bins", "shift_grid"]]);
+    assert_eq!(small(rig::EVERYTHING, 1025), [["keep_shift", "shift_grid"]]);
     // Kernels over nothing are none.
     let (_, items) = planned(rig::EVERYTHING, Occasion::Next, &slit_of(6));
-    assert_eq!(items.len(), 15);
     assert!(items.iter().flat_map(Item::members).all(|m| !m.phase.entry.contains("bins")));
+}
+
+/// What uses nothing that the other writes shares a dispatch; a step has no more of them than the longest of its chains.
+#[test]
+fn what_is_side_by_side() {
+    let beside = |sizes: &Sizes| {
+        let (_, items) = planned(rig::EVERYTHING, Occasion::Next, sizes);
+        let entries = |i: &Item| i.members().iter().map(|m| m.phase.entry).collect::<Vec<_>>();
+        let found: Vec<_> = items.iter().filter(|i| matches!(i, Item::Beside(_))).map(entries).collect();
+        (items.len(), found)
+    };
+    let received = ["receive", "receive", "clear_sums"];
+    let (count, found) = beside(&slit_of(6));
+    let filled = [&["absorb", "gather"][..], &["sum", "observe", "tally"], &["prepare", "average"]];
+    assert_eq!(found, [&[&received[..]], &filled[..]].concat());
+    assert_eq!(count, 11);
+    // Sums in bricks have workgroups of their own size.
+    let bricks = Sizes { cells: 6400, wall_brick_cells: 64, room: 864, ..slit_of(6) };
+    let filled = [&["observe", "sum"][..], &["average", "prepare"], &["fill", "enter"]];
+    assert_eq!(beside(&bricks), (11, [&[&received[..]], &filled[..]].concat().iter().map(|f| f.to_vec()).collect()));
+    assert!(beside(&Sizes { wall_cells: 0, squirmers: 0, ..slit_of(0) }).1.is_empty());
 }
 
 /// Every substep is told its number.

@@ -68,6 +68,8 @@ pub enum Item {
     Bricks(Vec<Member>, Route),
     /// Small kernels that one workgroup does one after the other.
     Small(Vec<Member>),
+    /// Kernels that have nothing to do with each other: some workgroups do one, some the next.
+    Beside(Vec<Member>),
 }
 
 impl Item {
@@ -115,6 +117,11 @@ impl Item {
                 kinds.retain(|kind| seen.insert(*kind));
                 kinds.join(" + ")
             }
+            Item::Beside(members) => {
+                let names: Vec<String> =
+                    members.iter().map(|m| format!("{} {}", kind(m.stage), m.phase.entry)).collect();
+                names.join(" | ")
+            }
             _ => format!("{} {}", kind(self.members()[0].stage), self.point()),
         }
     }
@@ -143,7 +150,8 @@ impl Item {
             | Item::Sifted(members)
             | Item::Held(members)
             | Item::Bricks(members, _)
-            | Item::Small(members) => members,
+            | Item::Small(members)
+            | Item::Beside(members) => members,
         }
     }
 

@@ -1,0 +1,81 @@
+//! Kernels of the fused plan that have nothing to do with each other share a dispatch: with its barrier it costs more than what many of
+//! them compute, and those that are too small for a GPU fill it together.
+
+use super::fused::{Item, Member};
+use super::small::{Stages, conflicts, same_time};
+use crate::buffers::Sizes;
+use crate::shader::{Lanes, Module, Part, ShaderError, Side, compatible, side_by_side, usual};
+
+/// The member of an item that can share its dispatch.
+fn single(item: &Item) -> Option<&Member> {
+    let Item::Alone(m) = item else { return None };
+    usual(m.wgsl, m.phase.entry).then_some(m)
+}
+
+/// Whether a kernel can be dispatched together with others.
+fn fits(group: &[Member], member: &Member, sizes: &Sizes) -> bool {
+    let lanes = |m: &Member| m.shared.then(|| Item::Alone(m.clone()).lanes(Lanes::Four, sizes));
+    group.iter().all(|g| {
+        let (text, own) = (g.text(), member.text());
+        let lanes_differ = lanes(g).is_some_and(|a| lanes(member).is_some_and(|b| a != b));
+        !lanes_differ && (text == own || compatible(&text, &own))
+    }) && same_time(group, member)
+}
+
+/// Joins kernels with later ones that use nothing of what they and those in between write, and the other way round.
+pub(super) fn joined(items: Vec<Item>, sizes: &Sizes) -> Vec<Item> {
+    let mut done = Vec::new();
+    let mut rest = items;
+    while let Some(first) = rest.iter().position(|i| single(i).is_some()) {
+        let later = rest.split_off(first + 1);
+        let mut group = rest.pop().expect("it was found").members().to_vec();
+        done.append(&mut rest);
+        for item in later {
+            let free = !rest.iter().any(|d| conflicts(d.members(), item.members()));
+            match single(&item) {
+                Some(m) if free && !conflicts(&group, item.members()) && fits(&group, m, sizes) => {
+                    group.push(m.clone());
+                }
+                _ => rest.push(item),
+            }
+        }
+        done.push(if group.len() == 1 { Item::Alone(group.remove(0)) } else { Item::Beside(group) });
+    }
+    done.append(&mut rest);
+    done
+}
+
+/// Workgroups of a member, with as many invocations for an element as suit it on an adapter.
+fn groups(m: &Member, lanes: Lanes, sizes: &Sizes) -> u64 {
+    let lanes = Item::Alone(m.clone()).lanes(lanes, sizes);
+    (sizes.count(m.phase.over) * lanes.count()).div_ceil(64)
+}
+
+/// Workgroups of all.
+#[must_use]
+pub fn workgroups(members: &[Member], lanes: Lanes, sizes: &Sizes) -> u64 {
+    members.iter().map(|m| groups(m, lanes, sizes)).sum()
+}
+
+/// The kernel of members side by side.
+///
+/// # Errors
+/// If they do not fit together as WGSL.
+pub fn module(members: &[Member], stages: Stages<'_>, lanes: Lanes, sizes: &Sizes) -> Result<Module, ShaderError> {
+    let shared = members.iter().find(|m| m.shared).map(|m| Item::Alone(m.clone()).lanes(lanes, sizes));
+    let texts: Vec<String> = members.iter().map(|m| shared.unwrap_or(Lanes::One).chosen(&m.text())).collect();
+    let side = |(m, wgsl)| {
+        let (m, wgsl): (&Member, &String) = (m, wgsl);
+        let entry = stages[m.stage].0;
+        let part = Part {
+            kind: entry.kind,
+            wgsl,
+            settings: entry.uniform_wgsl,
+            function: m.phase.entry,
+            rare: None,
+            late: false,
+        };
+        Side { part, groups: groups(m, lanes, sizes) }
+    };
+    side_by_side(&members.iter().zip(&texts).map(side).collect::<Vec<_>>())
+}
