@@ -11,7 +11,7 @@
 @group(0) @binding(0) var<uniform> system: SystemUniform;
 @group(0) @binding(1) var<storage, read> particles: array<vec4<u32>>;
 @group(0) @binding(2) var<storage, read> velocities_yz: array<vec2<f32>>;
-@group(0) @binding(3) var<storage, read> shift: array<u32>;
+@group(0) @binding(3) var<uniform> shift: vec4<u32>;
 @group(0) @binding(4) var<storage, read_write> chains: array<atomic<u32>>;
 @group(0) @binding(5) var<storage, read_write> links: array<u32>;
 @group(0) @binding(6) var<storage, read_write> moments: array<vec4<u32>>;

@@ -11,7 +11,7 @@
 @group(0) @binding(2) var<storage, read> species: array<SpeciesUniform>;
 @group(0) @binding(3) var<storage, read> squirmers: array<SquirmerState>;
 @group(0) @binding(4) var<storage, read> ghost_motion: array<f32>;
-@group(0) @binding(5) var<storage, read> shift: array<u32>;
+@group(0) @binding(5) var<uniform> shift: vec4<u32>;
 @group(0) @binding(6) var<storage, read_write> moments: array<atomic<u32>>;
 @group(0) @binding(7) var<storage, read_write> chains: array<atomic<u32>>;
 @group(0) @binding(8) var<storage, read_write> links: array<u32>;

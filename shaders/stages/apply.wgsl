@@ -7,7 +7,7 @@
 @group(0) @binding(0) var<uniform> system: SystemUniform;
 @group(0) @binding(1) var<storage, read_write> particles: array<vec4<u32>>;
 @group(0) @binding(2) var<storage, read_write> velocities_yz: array<vec2<f32>>;
-@group(0) @binding(3) var<storage, read> shift: array<u32>;
+@group(0) @binding(3) var<uniform> shift: vec4<u32>;
 @group(0) @binding(4) var<storage, read> operators: array<vec4<f32>>;
 
 fn applied(i: u32, p: Particle) -> Particle {

@@ -6,7 +6,7 @@
 @group(0) @binding(0) var<uniform> system: SystemUniform;
 @group(0) @binding(1) var<storage, read_write> particles: array<vec4<u32>>;
 @group(0) @binding(2) var<storage, read_write> velocities_yz: array<vec2<f32>>;
-@group(0) @binding(3) var<storage, read> shift: array<u32>;
+@group(0) @binding(3) var<uniform> shift: vec4<u32>;
 @group(0) @binding(4) var<storage, read_write> places: array<atomic<u32>>;
 @group(0) @binding(5) var<storage, read_write> block_sums: array<u32>;
 @group(0) @binding(6) var<storage, read_write> particles_sorted: array<vec4<u32>>;

@@ -14,7 +14,7 @@
 @group(0) @binding(3) var<storage, read_write> squirmers: array<SquirmerState>;
 @group(0) @binding(4) var<storage, read_write> ghost_sums: array<atomic<u32>>;
 @group(0) @binding(5) var<storage, read_write> ghost_motion: array<f32>;
-@group(0) @binding(6) var<storage, read> shift: array<u32>;
+@group(0) @binding(6) var<uniform> shift: vec4<u32>;
 @group(0) @binding(7) var<storage, read_write> moments: array<atomic<u32>>;
 @group(0) @binding(8) var<storage, read> operators: array<vec4<f32>>;
 @group(0) @binding(9) var<storage, read_write> impulses: array<atomic<u32>>;

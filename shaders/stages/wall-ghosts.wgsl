@@ -14,7 +14,7 @@
 
 @group(0) @binding(0) var<uniform> system: SystemUniform;
 @group(0) @binding(1) var<uniform> settings: WallGhostsSettings;
-@group(0) @binding(2) var<storage, read> shift: array<u32>;
+@group(0) @binding(2) var<uniform> shift: vec4<u32>;
 @group(0) @binding(3) var<storage, read_write> moments: array<atomic<u32>>;
 @group(0) @binding(4) var<storage, read> operators: array<vec4<f32>>;
 @group(0) @binding(5) var<storage, read_write> wall_impulses: array<atomic<u32>>;

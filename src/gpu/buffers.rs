@@ -5,9 +5,16 @@ use crate::buffers::{Buffer, Life, Sizes};
 use crate::shader::{Module, split};
 use std::collections::HashMap;
 
+/// Bytes up to which what a kernel writes may be a uniform of others: what every adapter allows.
+const UNIFORM: u64 = 16 << 10;
+
 /// A buffer of this many bytes.
 pub(super) fn storage(gpu: &Gpu, name: &str, bytes: u64, uniform: bool) -> wgpu::Buffer {
-    let kind = if uniform { wgpu::BufferUsages::UNIFORM } else { wgpu::BufferUsages::STORAGE };
+    let kind = match (uniform, bytes) {
+        (true, _) => wgpu::BufferUsages::UNIFORM,
+        (false, ..=UNIFORM) => wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::UNIFORM,
+        (false, _) => wgpu::BufferUsages::STORAGE,
+    };
     gpu.device.create_buffer(&wgpu::BufferDescriptor {
         label: Some(name),
         size: bytes,
