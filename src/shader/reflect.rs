@@ -61,7 +61,7 @@ pub enum ShaderError {
         /// The variable.
         name: String,
     },
-    /// An array that is used in a way of which [`super::split`] knows nothing.
+    /// An array that is used in a way of which [`super::split()`] knows nothing.
     #[error("`{name}` is larger than what a kernel can bind, and is not used element by element")]
     Whole {
         /// The variable.
