@@ -24,7 +24,6 @@ pub(super) fn storage(gpu: &Gpu, name: &str, bytes: u64, uniform: bool) -> wgpu:
 }
 
 /// Buffers by name, each with its parts: all but the last have [`Buffers::part`] bytes.
-#[derive(Default)]
 pub(super) struct Buffers {
     parts: HashMap<&'static str, Vec<wgpu::Buffer>>,
     part: u64,

@@ -2,9 +2,9 @@
 //! them compute, and those that are too small for a GPU fill it together.
 
 use super::fused::{Item, Member};
-use super::small::{Stages, conflicts, same_time};
+use super::small::{Stages, conflicts, same_time, whole};
 use crate::buffers::Sizes;
-use crate::shader::{Lanes, Module, Part, ShaderError, Side, compatible, side_by_side, usual};
+use crate::shader::{Lanes, Module, ShaderError, Side, compatible, side_by_side, usual};
 
 /// The member of an item that can share its dispatch.
 fn single(item: &Item) -> Option<&Member> {
@@ -64,18 +64,7 @@ pub fn workgroups(members: &[Member], lanes: Lanes, sizes: &Sizes) -> u64 {
 pub fn module(members: &[Member], stages: Stages<'_>, lanes: Lanes, sizes: &Sizes) -> Result<Module, ShaderError> {
     let shared = members.iter().find(|m| m.shared).map(|m| Item::Alone(m.clone()).lanes(lanes, sizes));
     let texts: Vec<String> = members.iter().map(|m| shared.unwrap_or(Lanes::One).chosen(&m.text())).collect();
-    let side = |(m, wgsl)| {
-        let (m, wgsl): (&Member, &String) = (m, wgsl);
-        let entry = stages[m.stage].0;
-        let part = Part {
-            kind: entry.kind,
-            wgsl,
-            settings: entry.uniform_wgsl,
-            function: m.phase.entry,
-            rare: None,
-            late: false,
-        };
-        Side { part, groups: groups(m, lanes, sizes) }
-    };
-    side_by_side(&members.iter().zip(&texts).map(side).collect::<Vec<_>>())
+    let sides = members.iter().zip(&texts);
+    let sides = sides.map(|(m, text)| Side { part: whole(m, text, stages), groups: groups(m, lanes, sizes) });
+    side_by_side(&sides.collect::<Vec<_>>())
 }

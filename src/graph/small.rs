@@ -61,6 +61,12 @@ pub(super) fn joined(items: Vec<Item>, sizes: &Sizes) -> Vec<Item> {
     done
 }
 
+/// A member as a part whose function is its entry point, with the text that has it.
+pub(super) fn whole<'a>(m: &Member, wgsl: &'a str, stages: Stages<'_>) -> Part<'a> {
+    let Entry { kind, uniform_wgsl: settings, .. } = *stages[m.stage].0;
+    Part { kind, wgsl, settings, function: m.phase.entry, rare: None, late: false }
+}
+
 /// The kernel of small members.
 ///
 /// # Errors
@@ -70,20 +76,11 @@ pub fn module(members: &[Member], stages: Stages<'_>, sizes: &Sizes) -> Result<M
     // Where the members begin that run without a barrier between them.
     let mut since = 0;
     for (k, m) in members.iter().enumerate() {
-        let entry = stages[m.stage].0;
         let waits = conflicts(&members[since..k], std::slice::from_ref(m));
         if waits {
             since = k;
         }
-        let part = Part {
-            kind: entry.kind,
-            wgsl: m.wgsl,
-            settings: entry.uniform_wgsl,
-            function: m.phase.entry,
-            rare: None,
-            late: false,
-        };
-        phases.push(Phase { part, count: sizes.count(m.phase.over), waits });
+        phases.push(Phase { part: whole(m, m.wgsl, stages), count: sizes.count(m.phase.over), waits });
     }
     one_workgroup(&phases)
 }
