@@ -43,20 +43,64 @@ fn box_of(orientation: vec4<f32>, b: vec3<f32>) -> vec3<f32> {
     return sqrt(vec3<f32>(b.x * b.x) + (b.z * b.z - b.x * b.x) * e * e) + vec3<f32>(settings.margin + 0.867);
 }
 
-// Whether the centre of a cell, at `d` from the squirmer's, is so far that no point of the cell is within the margin.
-fn far_off(orientation: vec4<f32>, b: vec3<f32>, d: vec3<f32>) -> bool {
-    // A plane that touches the spheroid and has the cell's centre beyond it proves a distance (support function).
-    let p = turn_back(orientation, d);
-    if dot(p / b, p / b) <= 1.0 {
-        return false;
-    }
-    let n = normalize(p / (b * b));
-    return dot(n, p) - length(b * n) > settings.margin + 0.8661;
+// A plane that touches a squirmer, all of which lies behind it.
+struct Touching {
+    // Away from the squirmer, in body axes.
+    normal: vec3<f32>,
+    // How far in front of it a cell's centre is: a proof that it is no nearer to the squirmer (support function).
+    distance: f32,
 }
 
-fn mark(cell: u32, i: u32) {
+// The plane for a cell whose centre is at `d` from the squirmer's; inside the squirmer it is some plane.
+fn touching(orientation: vec4<f32>, b: vec3<f32>, d: vec3<f32>) -> Touching {
+    let p = turn_back(orientation, d);
+    let away = p / (b * b);
+    let size = length(away);
+    let n = select(vec3<f32>(0.0, 0.0, 1.0), away / size, size > 0.0);
+    return Touching(n, dot(n, p) - length(b * n));
+}
+
+// No point of a cell is farther from its centre than this.
+const CORNER: f32 = 0.8661;
+// The first word of a cell of the map: how many squirmers are near in the lowest bits, and above them, where it is one, a plane that touches
+// it: three components of its normal and the distance of the cell's centre, 7 bits each.
+const COUNT_BITS: u32 = 4u;
+const COUNT_MASK: u32 = 15u;
+const PLANE_BITS: u32 = 7u;
+const PLANE_MASK: u32 = 127u;
+
+// How many distances the plane's 7 bits tell apart per cell, from one cell behind the plane on.
+fn distance_scale() -> f32 {
+    return f32(PLANE_MASK) / (settings.margin + CORNER + 1.0);
+}
+
+// As the first word of a cell near one squirmer, `nearer` what this may have come nearer in the step.
+fn packed_plane(orientation: vec4<f32>, plane: Touching, nearer: f32) -> u32 {
+    let n = vec3<u32>(vec3<i32>(round(turn(orientation, plane.normal) * 63.0)) + 64);
+    // Rounded towards the squirmer.
+    let distance = u32(clamp((plane.distance - nearer + 1.0) * distance_scale(), 0.0, f32(PLANE_MASK)));
+    return ((((distance << PLANE_BITS | n.z) << PLANE_BITS | n.y) << PLANE_BITS | n.x) << COUNT_BITS) | 1u;
+}
+
+// How far a point in the cell of this first word, `x` from the centre, is at least from the one squirmer near, wherever that was during the
+// step, but for the rounding of the normal (below 0.012).
+fn clearance(word: u32, x: vec3<f32>) -> f32 {
+    let n = vec3<u32>(word >> COUNT_BITS, word >> (COUNT_BITS + PLANE_BITS), word >> (COUNT_BITS + 2u * PLANE_BITS)) & vec3<u32>(PLANE_MASK);
+    let distance = f32(word >> (COUNT_BITS + 3u * PLANE_BITS)) / distance_scale() - 1.0;
+    return dot(vec3<f32>(n) - 64.0, x) * (1.0 / 63.0) + distance;
+}
+
+// By how much a point of the squirmer's surface may have moved in the step.
+fn moved_at_most(i: u32, b: vec3<f32>) -> f32 {
+    let a = squirmers[i].orientation_before;
+    let turned = min(length(squirmers[i].orientation - a), length(squirmers[i].orientation + a));
+    // The chord between two rotations: the angle is up to 2.24 times as long, as long as it is below half a turn.
+    return length(separation(squirmers[i].position, squirmers[i].position_before)) + 2.24 * turned * max(b.x, b.z);
+}
+
+fn mark(cell: u32, i: u32, plane: u32) {
     let word = cell * MAP_WORDS;
-    let slot = atomicAdd(&squirmer_map[word], 1u);
+    let slot = atomicAdd(&squirmer_map[word], plane) & COUNT_MASK;
     if slot < MAP_SLOTS {
         atomicStore(&squirmer_map[word + 1u + slot], i);
     } else {
@@ -91,6 +135,7 @@ fn mark_map(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) gr
         return;
     }
     let reach = box_of(orientation, b);
+    let nearer = moved_at_most(i, b);
     for (var z = 0; z < min(i32(edge), size.z); z++) {
         let cell = (first + vec3<i32>(0, 0, z) + 2 * size) % size;
         // From the squirmer's centre to the cell's centre; a place, unlike a displacement, may lie more than half a turn from 0.
@@ -98,8 +143,12 @@ fn mark_map(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) gr
         if any(abs(d.xy) > reach.xy) {
             return;
         }
-        if abs(d.z) <= reach.z && !far_off(orientation, b, d) {
-            mark(cell_index(vec3<u32>(cell)), i);
+        if abs(d.z) > reach.z {
+            continue;
+        }
+        let plane = touching(orientation, b, d);
+        if plane.distance <= settings.margin + CORNER {
+            mark(cell_index(vec3<u32>(cell)), i, packed_plane(orientation, plane, nearer));
         }
     }
 }
@@ -109,7 +158,7 @@ fn cell_of(position: vec3<u32>) -> u32 {
 }
 
 fn neighbours(cell: u32) -> u32 {
-    return min(atomicLoad(&squirmer_map[cell * MAP_WORDS]), MAP_SLOTS);
+    return min(atomicLoad(&squirmer_map[cell * MAP_WORDS]) & COUNT_MASK, MAP_SLOTS);
 }
 
 // The next thing that happens on a path.
@@ -235,9 +284,18 @@ fn beginning(flown: Particle) -> Path {
     return fly(Path(flown.position, flown.velocity - kick, vec3<f32>(0.0), vec3<f32>(0.0)), -system.dt);
 }
 
-// Whether a squirmer is near the end of its flight or the beginning.
+// Whether a squirmer is so near to the end of its flight that it may have met it: all of the flight is within its length from there.
 fn may_bounce(flown: Particle) -> bool {
-    return neighbours(cell_of(flown.position)) != 0u || neighbours(cell_of(beginning(flown).position)) != 0u;
+    let reach = fma(sqrt(dot3(flown.velocity, flown.velocity)), system.dt, settings.slack);
+    if reach > settings.far {
+        return true;
+    }
+    let place = locate(flown.position, vec3<u32>(0u));
+    let word = atomicLoad(&squirmer_map[place.cell * MAP_WORDS]);
+    if (word & COUNT_MASK) == 1u {
+        return clearance(word, place.offset) < reach;
+    }
+    return word != 0u;
 }
 
 fn bounced(k: u32, flown: Particle) -> Particle {

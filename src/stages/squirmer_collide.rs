@@ -31,8 +31,15 @@ shared! {
         max_hits: u32,
         /// Half of the longest flight, in cells: how far from a squirmer's box its particles are looked for.
         margin: f32,
+        /// A flight longer than this, in cells, may meet a squirmer of which the cell where it ends does not know.
+        far: f32,
+        /// What a flight may be longer than the last speed tells, in cells, with what that cell's knowledge is rounded by.
+        slack: f32,
     }
 }
+
+/// Above what rounding the components of a normal to 1/63 makes of a distance half a cell's diagonal away (0.0119), in cells.
+const ROUNDING: f64 = 0.0125;
 
 impl Stage for SquirmerCollide {
     const KIND: &'static str = "squirmer-collide";
@@ -80,9 +87,15 @@ impl Stage for SquirmerCollide {
     fn uniform(params: &Self, system: &System) -> SquirmerCollideSettings {
         // Below the speed limit of twelve times the thermal speed no flight is longer than twice this.
         let margin = 6.0 * system.run.dt * system.fluid.temperature.sqrt();
+        // A wall may have turned it around in a frame that moves, and half a kick of the body force came after it.
+        let speed = |v: [f64; 3]| DVec3::from_array(v).length();
+        let walls = system.domain.walls.iter().flat_map(|w| [w.velocity_low, w.velocity_high]).map(speed).fold(0.0, f64::max);
+        let faster = 2.0 * walls + speed(system.fluid.acceleration) * system.run.dt / 2.0;
+        // Squirmers move, too: less than a sixth of the margin.
+        let (far, slack) = (margin / 1.2, faster * system.run.dt + ROUNDING);
         #[allow(clippy::cast_possible_truncation)]
-        let margin = margin as f32;
-        SquirmerCollideSettings { max_hits: params.max_hits, margin }
+        let [margin, far, slack] = [margin, far, slack].map(|x| x as f32);
+        SquirmerCollideSettings { max_hits: params.max_hits, margin, far, slack }
     }
 
     fn reference(params: &Self, system: &System, scene: &mut Scene) {
