@@ -281,7 +281,7 @@ const fn buffer(name: &'static str, life: Life, extent: Extent, words: usize, do
 }
 
 use Extent::{
-    Binned, Bins, Blocks, Bricks, Cells, Coarse, Links, One, Particles, Rooms, Samples, Species, Squirmers, Waiting,
+    Binned, Bins, Blocks, Bricks, Cells, Coarse, Links, One, Particles, Rooms, Samples, Species, SquirmerGhosts, Squirmers, Waiting,
     WallPatches,
 };
 impl Now {
@@ -380,6 +380,14 @@ pub const CATALOGUE: &[Buffer] = &[
         16,
         "v' = b + A v + W x x of each cell: three rows of A, each with one of W, then b",
     ),
+    buffer(
+        "ghosts",
+        Derived(&[]),
+        SquirmerGhosts,
+        4,
+        "of each ghost: from its squirmer's centre, in cells; v_x beside that of all, random and slip",
+    ),
+    buffer("ghosts_yz", Derived(&[]), SquirmerGhosts, 2, "v_y and v_z of the same"),
     buffer("ghost_sums", Scratch, Squirmers, 30, "sums over the ghosts of each squirmer: 15 wide sums"),
     buffer(
         "ghost_motion",

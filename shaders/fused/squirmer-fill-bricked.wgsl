@@ -2,11 +2,11 @@
 //!include dispatch
 //!include ghosts
 //!include bricks
+//!include bricks-near
 //!include contribution
 //!include fault
 
 @group(0) @binding(0) var<uniform> system: SystemUniform;
-@group(0) @binding(1) var<uniform> settings: SquirmerFillSettings;
 @group(0) @binding(2) var<storage, read> species: array<SpeciesUniform>;
 @group(0) @binding(3) var<storage, read> squirmers: array<SquirmerState>;
 @group(0) @binding(4) var<storage, read> ghost_motion: array<f32>;
@@ -17,31 +17,69 @@
 @group(0) @binding(9) var<storage, read_write> brick_counts: array<atomic<u32>>;
 @group(0) @binding(10) var<storage, read_write> brick_ghosts: array<atomic<u32>>;
 @group(0) @binding(11) var<storage, read_write> faults: array<atomic<u32>>;
+@group(0) @binding(12) var<storage, read> ghosts: array<vec4<f32>>;
+@group(0) @binding(13) var<storage, read> ghosts_yz: array<vec2<f32>>;
 var<immediate> now: Now;
+
+const NONE: u32 = 0xffffffffu;
+
+// The brick of a squirmer's ghost is one of 27 around its centre's, or FAR from it; whoever is not far asks for places together with others.
+fn ask_for_ghost_places(home: vec3<u32>, lane: u32) {
+    workgroupBarrier();
+    if lane < FAR {
+        let count = atomicLoad(&going[lane]);
+        if count > 0u {
+            places[lane] = atomicAdd(&brick_ghosts[neighbour(home, lane)], count);
+        }
+    }
+    workgroupBarrier();
+}
+
+fn enter_ghost(brick: u32, place: u32, p: Particle, by: Witness) {
+    if place + atomicLoad(&brick_counts[brick]) >= system.room {
+        report(FAULT_ROOM, brick * BRICK_CELLS, by);
+        return;
+    }
+    store_in_brick((brick + 1u) * system.room - 1u - place, p);
+}
 
 @compute @workgroup_size(WORKGROUP)
 fn enter(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+    if lane < FAR {
+        atomicStore(&going[lane], 0u);
+    }
     let whose = whose_ghost(invocation(group, groups, 0u), lane);
-    if !whose.there {
-        return;
-    }
-    let i = whose.squirmer;
-    let kind = species[squirmers[i].species];
-    let g = ghost(i, whose.index, kind, squirmers[i].orientation, settings.continued == 1u);
-    let position = squirmers[i].position + to_units(g.s);
-    let v = moving_ghost(i, g);
-    let cell = ghost_place(i, g.s).cell;
+    let i = min(whose.squirmer, system.squirmer_count - 1u);
+    let home = brick_place_at(squirmers[i].position);
+    workgroupBarrier();
     let by = Witness(SITE_SQUIRMER_FILL, i, now.step_low);
-    let fault = fault_of(square_of(v));
-    if fault != 0u {
-        report(fault, cell, by);
+    var p: Particle;
+    var brick = 0u;
+    var number = NONE;
+    var place = 0u;
+    if whose.there {
+        let g = ghost_at(invocation(group, groups, lane));
+        p = Particle(squirmers[i].position + to_units(g.s), moving_ghost(i, g));
+        let at = brick_place_at(p.position);
+        brick = brick_number(at);
+        let fault = fault_of(square_of(p.velocity));
+        if fault != 0u {
+            report(fault, brick * BRICK_CELLS, by);
+        } else {
+            number = neighbour_number(home, at);
+            if number == FAR {
+                place = atomicAdd(&brick_ghosts[brick], 1u);
+            } else {
+                place = atomicAdd(&going[number], 1u);
+            }
+        }
+    }
+    ask_for_ghost_places(home, lane);
+    if number == NONE {
         return;
     }
-    let brick = cell / BRICK_CELLS;
-    let place = atomicAdd(&brick_ghosts[brick], 1u);
-    if place + atomicLoad(&brick_counts[brick]) >= system.room {
-        report(FAULT_ROOM, cell, by);
-        return;
+    if number < FAR {
+        place += places[number];
     }
-    store_in_brick((brick + 1u) * system.room - 1u - place, Particle(position, v));
+    enter_ghost(brick, place, p, by);
 }

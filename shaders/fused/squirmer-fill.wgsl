@@ -7,7 +7,6 @@
 //!include lanes
 
 @group(0) @binding(0) var<uniform> system: SystemUniform;
-@group(0) @binding(1) var<uniform> settings: SquirmerFillSettings;
 @group(0) @binding(2) var<storage, read> species: array<SpeciesUniform>;
 @group(0) @binding(3) var<storage, read> squirmers: array<SquirmerState>;
 @group(0) @binding(4) var<storage, read> ghost_motion: array<f32>;
@@ -16,11 +15,9 @@
 @group(0) @binding(7) var<storage, read_write> chains: array<atomic<u32>>;
 @group(0) @binding(8) var<storage, read_write> links: array<u32>;
 @group(0) @binding(9) var<storage, read_write> faults: array<atomic<u32>>;
+@group(0) @binding(10) var<storage, read> ghosts: array<vec4<f32>>;
+@group(0) @binding(11) var<storage, read> ghosts_yz: array<vec2<f32>>;
 var<immediate> now: Now;
-
-fn drawn(i: u32, index: u32) -> Ghost {
-    return ghost(i, index, species[squirmers[i].species], squirmers[i].orientation, settings.continued == 1u);
-}
 
 @compute @workgroup_size(WORKGROUP)
 fn tally(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
@@ -28,10 +25,8 @@ fn tally(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) group
     if !whose.there {
         return;
     }
-    let i = whose.squirmer;
-    let kind = species[squirmers[i].species];
-    let place = ghost_place(i, ghost_site(i, whose.index, kind, squirmers[i].orientation).s);
-    join_chain(place.cell, invocation(group, groups, lane));
+    let k = invocation(group, groups, lane);
+    join_chain(ghost_place(whose.squirmer, ghost_at(k).s).cell, k);
 }
 
 // The sums over the ghosts in a cell's chain, which is left empty.
@@ -45,7 +40,7 @@ fn gather(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) grou
     var s: Sums;
     var link = end_of_chain(cell);
     while link != 0u {
-        // Of the next few each invocation of the cell draws one.
+        // Of the next few each invocation of the cell takes one.
         var mine = 0u;
         for (var k = 0u; k < LANES && link != 0u; k++) {
             if k == part {
@@ -55,7 +50,7 @@ fn gather(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) grou
         }
         if mine != 0u {
             let i = (mine - 1u) / system.ghost_stride;
-            let g = drawn(i, (mine - 1u) % system.ghost_stride);
+            let g = ghost_at(mine - 1u);
             s = with_one(s, ONE_GHOST, cell, ghost_place(i, g.s).offset, moving_ghost(i, g), Witness(SITE_SQUIRMER_FILL, i, now.step_low));
         }
     }

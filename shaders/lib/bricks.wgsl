@@ -3,7 +3,7 @@
 //!include particle
 const BRICK_LANES: u32 = 192u;
 // Of a kernel for a few of them.
-const HELD_LANES: u32 = 64u;
+const HELD_LANES: u32 = 32u;
 const BRICK_CELLS: u32 = 64u;
 // The driver need not clear workgroup memory: who adds to it clears it first.
 const CLEARS_WORKGROUP_MEMORY: bool = true;

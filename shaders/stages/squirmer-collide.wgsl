@@ -24,6 +24,8 @@ const MAP_WORDS: u32 = 8u;
 const MAP_SLOTS: u32 = 7u;
 // Particles leave a surface this much outside, relative to the semi-axes: more than f32 rounding, far less than a mean free path.
 const OUTSIDE: f32 = 1.00001;
+// A path whose end is so far from the centre, squared and relative to the surface, is outside whatever rounding does.
+const WELL_OUTSIDE: f32 = 1.001;
 
 fn map_cleared(cell: u32) {
     atomicStore(&squirmer_map[cell * MAP_WORDS], 0u);
@@ -135,22 +137,27 @@ fn mark_map(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) gr
         return;
     }
     let reach = box_of(orientation, b);
+    var cell = (first + 2 * size) % size;
+    let beside = from_cell(cell, centre).xy;
+    if any(abs(beside) > reach.xy) {
+        return;
+    }
     let nearer = moved_at_most(i, b);
     for (var z = 0; z < min(i32(edge), size.z); z++) {
-        let cell = (first + vec3<i32>(0, 0, z) + 2 * size) % size;
-        // From the squirmer's centre to the cell's centre; a place, unlike a displacement, may lie more than half a turn from 0.
-        let d = separation(vec3<u32>((vec3<f32>(cell) + 0.5) * system.units), centre);
-        if any(abs(d.xy) > reach.xy) {
-            return;
+        let d = vec3<f32>(beside, from_cell(cell, centre).z);
+        if abs(d.z) <= reach.z {
+            let plane = touching(orientation, b, d);
+            if plane.distance <= settings.margin + CORNER {
+                mark(cell_index(vec3<u32>(cell)), i, packed_plane(orientation, plane, nearer));
+            }
         }
-        if abs(d.z) > reach.z {
-            continue;
-        }
-        let plane = touching(orientation, b, d);
-        if plane.distance <= settings.margin + CORNER {
-            mark(cell_index(vec3<u32>(cell)), i, packed_plane(orientation, plane, nearer));
-        }
+        cell.z = select(cell.z + 1, 0, cell.z + 1 == size.z);
     }
+}
+
+// From the squirmer's centre to a cell's; a place, unlike a displacement, may lie more than half a turn from 0.
+fn from_cell(cell: vec3<i32>, centre: vec3<u32>) -> vec3<f32> {
+    return separation(vec3<u32>((vec3<f32>(cell) + 0.5) * system.units), centre);
 }
 
 fn cell_of(position: vec3<u32>) -> u32 {
@@ -170,7 +177,11 @@ struct Event {
     contact: vec3<f32>,
     // The path began inside: the particle is put onto the surface and bounces only if it moves inwards.
     inside: bool,
+    // The least |q|^2 of the squirmers looked at, q being the path's end in body coordinates scaled to the unit sphere.
+    nearest_end: f32,
 }
+
+const NOTHING: Event = Event(2.0, 0xffffffffu, vec3<f32>(), false, 1e30);
 
 // Pose of a squirmer at a share of the step.
 struct Pose {
@@ -189,12 +200,14 @@ fn pose_at(i: u32, share: f32) -> Pose {
     return p;
 }
 
-fn earlier(e: Event, p: vec3<f32>, q: vec3<f32>, i: u32) -> Event {
+fn earlier(before: Event, p: vec3<f32>, q: vec3<f32>, i: u32) -> Event {
+    var e = before;
+    e.nearest_end = min(e.nearest_end, dot3(q, q));
     let cc = dot3(p, p) - 1.0;
     if cc < 0.0 {
         // Inside already: at once.
         if e.share > 0.0 || i < e.squirmer {
-            return Event(0.0, i, p, true);
+            return Event(0.0, i, p, true, e.nearest_end);
         }
         return e;
     }
@@ -207,17 +220,35 @@ fn earlier(e: Event, p: vec3<f32>, q: vec3<f32>, i: u32) -> Event {
     }
     let share = cc / (sqrt(discriminant) - b);
     if share <= 1.0 && (share < e.share || (share == e.share && i < e.squirmer)) {
-        return Event(share, i, p + share * d, false);
+        return Event(share, i, p + share * d, false, e.nearest_end);
     }
     return e;
 }
 
-// The first meeting with a squirmer listed in `cell` on the straight path of `velocity` for `rest`, begun at `elapsed` of the step.
-fn first_hit(found: Event, cell: u32, start: Path, rest: f32) -> Event {
+fn listed(cell: u32, k: u32) -> u32 {
+    return atomicLoad(&squirmer_map[cell * MAP_WORDS + 1u + k]);
+}
+
+// Whether a squirmer is among the first `count` that are listed in a cell.
+fn lists(cell: u32, count: u32, i: u32) -> bool {
+    for (var k = 0u; k < count; k++) {
+        if listed(cell, k) == i {
+            return true;
+        }
+    }
+    return false;
+}
+
+// The first meeting with a squirmer listed in `cell`, but not among the first `count` of `known`, on the straight path of `velocity` for
+// `rest`, begun at `elapsed` of the step.
+fn first_hit(found: Event, cell: u32, known: u32, count: u32, start: Path, rest: f32) -> Event {
     var e = found;
     let elapsed = 1.0 - rest / system.dt;
     for (var k = 0u; k < neighbours(cell); k++) {
-        let i = atomicLoad(&squirmer_map[cell * MAP_WORDS + 1u + k]);
+        let i = listed(cell, k);
+        if lists(known, count, i) {
+            continue;
+        }
         let b = hull(species[squirmers[i].species]);
         let origin = separation(start.position, squirmers[i].position_before);
         let first = pose_at(i, elapsed);
@@ -254,7 +285,7 @@ fn bounce(start: Path, e: Event, elapsed: f32) -> Path {
 fn expel(start: Path, cell: u32) -> Path {
     var p = start;
     for (var k = 0u; k < neighbours(cell); k++) {
-        let i = atomicLoad(&squirmer_map[cell * MAP_WORDS + 1u + k]);
+        let i = listed(cell, k);
         let b = hull(species[squirmers[i].species]);
         let r = turn_back(squirmers[i].orientation, separation(p.position, squirmers[i].position)) / b;
         if dot3(r, r) < 1.0 {
@@ -268,7 +299,7 @@ fn expel(start: Path, cell: u32) -> Path {
 fn inside_any(p: Path) -> bool {
     let cell = cell_of(p.position);
     for (var k = 0u; k < neighbours(cell); k++) {
-        let i = atomicLoad(&squirmer_map[cell * MAP_WORDS + 1u + k]);
+        let i = listed(cell, k);
         let b = hull(species[squirmers[i].species]);
         let r = turn_back(squirmers[i].orientation, separation(p.position, squirmers[i].position)) / b;
         if dot3(r, r) < 1.0 {
@@ -339,16 +370,21 @@ struct Followed {
 fn follow(begin: Path, k: u32) -> Followed {
     var out = Followed(begin, false);
     var rest = system.dt;
+    var clear = false;
     for (var hit = 0u; hit < settings.max_hits; hit++) {
         let displacement = out.path.velocity * rest;
         let wall = wall_share(out.path.position.y, displacement.y);
-        var e = Event(2.0, 0xffffffffu, vec3<f32>(0.0), false);
-        e = first_hit(e, cell_of(out.path.position), out.path, rest);
+        let here = cell_of(out.path.position);
+        var e = first_hit(NOTHING, here, here, 0u, out.path, rest);
         let end = out.path.position + to_units(displacement * min(wall, 1.0));
-        e = first_hit(e, cell_of(vec3<u32>(end.x, select(end.y, out.path.position.y, beyond_wall(end.y)), end.z)), out.path, rest);
+        let there = cell_of(vec3<u32>(end.x, select(end.y, out.path.position.y, beyond_wall(end.y)), end.z));
+        if there != here {
+            e = first_hit(e, there, here, neighbours(here), out.path, rest);
+        }
         if e.share > 1.0 && wall > 1.0 {
             out.path.position += to_units(displacement);
             rest = 0.0;
+            clear = e.nearest_end > WELL_OUTSIDE;
             break;
         }
         if wall < e.share {
@@ -363,6 +399,9 @@ fn follow(begin: Path, k: u32) -> Followed {
         if rest <= 0.0 {
             break;
         }
+    }
+    if clear {
+        return out;
     }
     return settle(out, rest);
 }

@@ -1,7 +1,8 @@
 // squirmer-fill: ghost particles inside the squirmers take part in the collision, so that the fluid meets a full cell moving with
-// the surface (Theers et al. 2016). Ghosts are drawn in registers from counters and never stored.
+// the surface (Theers et al. 2016). Ghosts are drawn afresh in each step.
 //!include dispatch
 //!include ghosts
+//!include ghosts-draw
 //!include deposit
 //!include operator-load
 //!include absorb
@@ -20,6 +21,8 @@
 @group(0) @binding(9) var<storage, read_write> impulses: array<atomic<u32>>;
 @group(0) @binding(10) var<storage, read_write> fluid_force: array<f32>;
 @group(0) @binding(11) var<storage, read_write> faults: array<atomic<u32>>;
+@group(0) @binding(12) var<storage, read_write> ghosts: array<vec4<f32>>;
+@group(0) @binding(13) var<storage, read_write> ghosts_yz: array<vec2<f32>>;
 var<immediate> now: Now;
 
 // Sums over a squirmer's ghosts: 0-2 s, 3-5 v, 6-8 s x v, 9-11 xx yy zz, 12-14 xy xz yz of s s^T; wide.
@@ -43,19 +46,26 @@ fn clear_sums(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) 
     }
 }
 
+// Draws the ghosts, and for equipartition adds up what their random velocities have of a rigid motion.
 @compute @workgroup_size(WORKGROUP)
-fn sum(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+fn draw(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
     clear_sums_of_workgroup(lane);
+    let k = invocation(group, groups, lane);
     let whose = whose_ghost(invocation(group, groups, 0u), lane);
     let i = whose.squirmer;
-    if whose.there && settings.equipartition == 1u {
+    if whose.there {
         let kind = species[squirmers[i].species];
-        let g = ghost(i, whose.index, kind, squirmers[i].orientation, settings.continued == 1u);
-        collect3(lane, 0u, fixed3(g.s * SUM_SCALE));
-        collect3(lane, 3u, fixed3(g.random * SUM_SCALE));
-        collect3(lane, 6u, fixed3(cross3(g.s, g.random) * SUM_SCALE));
-        collect3(lane, 9u, fixed3(g.s * g.s * SUM_SCALE));
-        collect3(lane, 12u, fixed3(vec3<f32>(g.s.x * g.s.y, g.s.x * g.s.z, g.s.y * g.s.z) * SUM_SCALE));
+        let g = drawn_ghost(i, whose.index, kind, squirmers[i].orientation, settings.continued == 1u);
+        let v = g.slip + g.random;
+        ghosts[k] = vec4<f32>(g.s, v.x);
+        ghosts_yz[k] = v.yz;
+        if settings.equipartition == 1u {
+            collect3(lane, 0u, fixed3(g.s * SUM_SCALE));
+            collect3(lane, 3u, fixed3(g.random * SUM_SCALE));
+            collect3(lane, 6u, fixed3(cross3(g.s, g.random) * SUM_SCALE));
+            collect3(lane, 9u, fixed3(g.s * g.s * SUM_SCALE));
+            collect3(lane, 12u, fixed3(vec3<f32>(g.s.x * g.s.y, g.s.x * g.s.z, g.s.y * g.s.z) * SUM_SCALE));
+        }
     }
     workgroupBarrier();
     if lane < WORKGROUP_SUMS && i < system.squirmer_count {
@@ -113,8 +123,7 @@ fn fill(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups
         return;
     }
     let i = whose.squirmer;
-    let kind = species[squirmers[i].species];
-    let g = ghost(i, whose.index, kind, squirmers[i].orientation, settings.continued == 1u);
+    let g = ghost_at(invocation(group, groups, lane));
     let place = ghost_place(i, g.s);
     deposit(ONE_GHOST, place.cell, place.offset, moving_ghost(i, g), Witness(SITE_SQUIRMER_FILL, i, now.step_low));
 }
@@ -126,7 +135,7 @@ fn receive(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) gro
     let whose = whose_ghost(invocation(group, groups, 0u), lane);
     let i = whose.squirmer;
     if whose.there {
-        let g = ghost(i, whose.index, species[squirmers[i].species], squirmers[i].orientation, settings.continued == 1u);
+        let g = ghost_at(invocation(group, groups, lane));
         let place = ghost_place(i, g.s);
         let v = moving_ghost(i, g);
         let gain = collided(operator_at(place.cell), place.offset, v) - v;

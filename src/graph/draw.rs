@@ -205,7 +205,7 @@ mod tests {
     use super::*;
 
     fn kernels() -> Vec<Kernel> {
-        let used = |name: &str, read, write| Use { buffer: name.into(), read, write };
+        let used = |name: &str, read, write| Use::whole(name, read, write);
         let kernel = |stage, kind, entry, receive, uses| Kernel { stage, kind, entry, receive, every_step: true, uses };
         vec![
             kernel(0, "sum", "clear", false, vec![used("system", true, false), used("moments", false, true)]),

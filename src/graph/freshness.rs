@@ -110,7 +110,7 @@ mod tests {
     fn kernel(stage: usize, text: &str) -> Kernel {
         let uses = text.split_whitespace().map(|word| {
             let (how, name) = word.split_once(':').expect("how:name");
-            Use { buffer: name.into(), read: how != "w", write: how != "r" }
+            Use::whole(name, how != "w", how != "r")
         });
         Kernel { stage, kind: "k", entry: "e", receive: false, every_step: true, uses: uses.collect() }
     }

@@ -224,7 +224,7 @@ fn member(
     // What is written to come next is read under its other name.
     let next = |u: &Use| {
         let name = u.buffer.strip_suffix("_next").filter(|name| u.write && find(name).is_some())?;
-        Some(Use { buffer: name.to_owned(), read: false, write: true })
+        Some(Use::whole(name, false, true))
     };
     let turned: Vec<Use> = uses.iter().filter_map(next).collect();
     uses.extend(turned);
@@ -239,7 +239,7 @@ const ADDED: [&str; 2] = ["faults", "wall_impulses"];
 
 /// One of them writes what the other uses.
 pub(super) fn conflict(a: &Member, b: &Member) -> bool {
-    let clash = |x: &Use, y: &Use| x.buffer == y.buffer && (x.write || y.write) && !ADDED.contains(&x.buffer.as_str());
+    let clash = |x: &Use, y: &Use| x.clashes(y) && !ADDED.contains(&x.buffer.as_str());
     a.uses.iter().any(|x| b.uses.iter().any(|y| clash(x, y)))
 }
 

@@ -1,7 +1,7 @@
 //! The kernels of one step in the order of execution, each with the buffers that it truly reads and writes.
 
 use super::{Plan, PlannedStage};
-use crate::shader::{Lanes, Module, ShaderError};
+use crate::shader::{Binding, Lanes, Members, Module, ShaderError};
 use crate::stages::{Entry, Phase, REGISTRY};
 use std::collections::{HashMap, hash_map};
 use std::sync::{Mutex, PoisonError};
@@ -18,6 +18,23 @@ pub struct Use {
     pub read: bool,
     /// Its content changes.
     pub write: bool,
+    /// The same of its members, if it is an array of structs.
+    pub members: Option<Members>,
+}
+
+impl Use {
+    /// Of all that the buffer holds.
+    #[must_use]
+    pub fn whole(buffer: &str, read: bool, write: bool) -> Self {
+        Self { buffer: buffer.to_owned(), read, write, members: None }
+    }
+
+    /// Whether one of two writes what the other uses.
+    #[must_use]
+    pub fn clashes(&self, other: &Self) -> bool {
+        let apart = self.members.zip(other.members).is_some_and(|(a, b)| !a.clash(b));
+        self.buffer == other.buffer && (self.write || other.write) && !apart
+    }
 }
 
 /// One kernel of the step.
@@ -120,7 +137,8 @@ pub fn reflected(
         let module = entry.fused_module(wgsl, Lanes::One)?;
         let bound = |m: &Module, point: &str| {
             let bindings = m.bindings(point).iter();
-            bindings.map(|b| Use { buffer: b.name.clone(), read: b.access.read, write: b.access.write }).collect()
+            let used = |b: &Binding| Use { members: b.members, ..Use::whole(&b.name, b.access.read, b.access.write) };
+            bindings.map(used).collect()
         };
         let points = module.entry_points().map(|p| (p.to_owned(), bound(&module, p), module.uses_now(p))).collect();
         place.insert(points);

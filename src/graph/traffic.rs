@@ -110,7 +110,7 @@ mod tests {
     #[test]
     fn bytes_are_those_of_the_elements_that_a_kernel_has() {
         let sizes = Sizes { particles: 1000, cells: 100, wall_cells: 20, ..Sizes::default() };
-        let used = |name: &str, read, write| Use { buffer: name.into(), read, write };
+        let used = |name: &str, read, write| Use::whole(name, read, write);
         let bytes = |name, read, write, over| moved(&used(name, read, write), over, &sizes);
         assert_eq!(bytes("particles", true, true, Extent::Particles), 32.0);
         assert_eq!(bytes("operators", true, false, Extent::Particles), 6.4);

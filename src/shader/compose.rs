@@ -9,6 +9,7 @@ use std::fmt::Write as _;
 const LIBRARY: &[(&str, &str)] = &[
     ("absorb", include_str!("../../shaders/lib/absorb.wgsl")),
     ("bricks", include_str!("../../shaders/lib/bricks.wgsl")),
+    ("bricks-near", include_str!("../../shaders/lib/bricks-near.wgsl")),
     ("bricks-settle", include_str!("../../shaders/lib/bricks-settle.wgsl")),
     ("cells", include_str!("../../shaders/lib/cells.wgsl")),
     ("chains", include_str!("../../shaders/lib/chains.wgsl")),
@@ -19,6 +20,7 @@ const LIBRARY: &[(&str, &str)] = &[
     ("exact", include_str!("../../shaders/lib/exact.wgsl")),
     ("fault", include_str!("../../shaders/lib/fault.wgsl")),
     ("ghosts", include_str!("../../shaders/lib/ghosts.wgsl")),
+    ("ghosts-draw", include_str!("../../shaders/lib/ghosts-draw.wgsl")),
     ("held", include_str!("../../shaders/lib/held.wgsl")),
     ("held-store", include_str!("../../shaders/lib/held-store.wgsl")),
     ("impulse-fixed", include_str!("../../shaders/lib/impulse-fixed.wgsl")),

@@ -1,6 +1,7 @@
 //! Reflection of a composed module through naga: what each entry point reads and writes.
 
 use super::compose::{UnknownInclude, compose};
+use super::members::{Members, members};
 use crate::buffers;
 
 /// How an entry point uses a buffer. Atomic operations that return or add count as both; an atomic store only writes.
@@ -25,6 +26,8 @@ pub struct Binding {
     pub part: u32,
     /// What the entry point does with it.
     pub access: Access,
+    /// What it does with the members, if it is an array of structs.
+    pub members: Option<Members>,
     /// A uniform, not a storage buffer.
     pub uniform: bool,
     /// Declared `read_write`.
@@ -85,6 +88,7 @@ impl Module {
         for (index, entry) in module.entry_points.iter().enumerate() {
             let uses = info.get_entry_point(index);
             let (mut bindings, mut now) = (Vec::new(), false);
+            let members = members(&module, &entry.function);
             for (handle, variable) in module.global_variables.iter() {
                 now |= variable.space == naga::AddressSpace::Immediate && !uses[handle].is_empty();
                 let (Some(place), usage) = (variable.binding, uses[handle]) else { continue };
@@ -105,6 +109,7 @@ impl Module {
                         read: atomic || usage.contains(naga::valid::GlobalUse::READ),
                         write: atomic || usage.contains(naga::valid::GlobalUse::WRITE),
                     },
+                    members: members.get(&handle).copied(),
                     uniform: variable.space == naga::AddressSpace::Uniform,
                     writable: matches!(variable.space, naga::AddressSpace::Storage { access } if access.contains(naga::StorageAccess::STORE)),
                 });

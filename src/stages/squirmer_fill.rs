@@ -42,7 +42,7 @@ impl Stage for SquirmerFill {
     const WGSL: &'static str = include_str!("../../shaders/stages/squirmer-fill.wgsl");
     const PHASES: &'static [Phase] = &[
         Phase { entry: "clear_sums", over: Extent::Squirmers },
-        Phase { entry: "sum", over: Extent::SquirmerGhosts },
+        Phase { entry: "draw", over: Extent::SquirmerGhosts },
         Phase { entry: "prepare", over: Extent::Squirmers },
         Phase { entry: "fill", over: Extent::SquirmerGhosts },
     ];

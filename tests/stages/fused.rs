@@ -341,12 +341,12 @@ fn what_is_side_by_side() {
     };
     let received = ["receive", "receive", "clear_sums"];
     let (count, found) = beside(&slit_of(6));
-    let filled = [&["absorb", "gather"][..], &["sum", "observe", "tally"], &["prepare", "average"]];
+    let filled = [&["mark_map", "draw"][..], &["absorb", "gather"], &["prepare", "observe", "tally"]];
     assert_eq!(found, [&[&received[..]], &filled[..]].concat());
     assert_eq!(count, 11);
     // Sums in bricks have workgroups of their own size.
     let bricks = Sizes { cells: 6400, wall_brick_cells: 64, room: 864, ..slit_of(6) };
-    let filled = [&["observe", "sum"][..], &["average", "prepare"], &["fill", "enter"]];
+    let filled = [&["mark_map", "draw"][..], &["observe", "prepare"], &["average", "enter"]];
     assert_eq!(beside(&bricks), (11, [&[&received[..]], &filled[..]].concat().iter().map(|f| f.to_vec()).collect()));
     assert!(beside(&Sizes { wall_cells: 0, squirmers: 0, ..slit_of(0) }).1.is_empty());
 }

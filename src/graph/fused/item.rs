@@ -173,7 +173,7 @@ impl Item {
 
 /// The list of particles that wait for the next kernel.
 fn waiting(write: bool) -> [Use; 2] {
-    ["held", "held_groups"].map(|name| Use { buffer: name.to_owned(), read: !write, write })
+    ["held", "held_groups"].map(|name| Use::whole(name, !write, write))
 }
 
 /// What of the particles kernels over bricks read and write, in place of the row of all.
@@ -183,7 +183,7 @@ fn moved_in_bricks(uses: &mut Vec<Use>, route: Route) {
     let next = ["bricks_xy_next", "bricks_zu_next", "bricks_vw_next", "brick_counts_next"];
     uses.retain(|u| ![&row[..], &bricks, &next].concat().contains(&u.buffer.as_str()));
     let mut add = |names: &[&str], read, write| {
-        uses.extend(names.iter().map(|name| Use { buffer: (*name).to_owned(), read, write }));
+        uses.extend(names.iter().map(|name| Use::whole(name, read, write)));
     };
     match route {
         Route::Enter => add(&row, true, false),
