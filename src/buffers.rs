@@ -281,8 +281,8 @@ const fn buffer(name: &'static str, life: Life, extent: Extent, words: usize, do
 }
 
 use Extent::{
-    Binned, Bins, Blocks, Bricks, Cells, Coarse, Links, One, Particles, Rooms, Samples, Species, SquirmerGhosts, Squirmers, Waiting,
-    WallPatches,
+    Binned, Bins, Blocks, Bricks, Cells, Coarse, Links, One, Particles, Rooms, Samples, Species, SquirmerGhosts,
+    Squirmers, Waiting, WallPatches,
 };
 impl Now {
     /// What a kernel is told of a step and of the repetition of its stage.
@@ -396,7 +396,13 @@ pub const CATALOGUE: &[Buffer] = &[
         8,
         "linear (0..3) and angular (4..7) velocity added to each squirmer's ghosts",
     ),
-    buffer("squirmer_map", Scratch, Cells, 8, "squirmers near each cell: a count, with a plane that touches the only one, and up to seven indices"),
+    buffer(
+        "squirmer_map",
+        Scratch,
+        Cells,
+        8,
+        "squirmers near each cell: a count, with a plane that touches the only one, and up to seven indices",
+    ),
     buffer("steric_sums", Scratch, Squirmers, 8, "sums of steric force, torque, contacts; zero between substeps"),
     buffer("bin_heads", Scratch, Bins, 1, "first squirmer of each bin, index + 1"),
     buffer("bin_next", Scratch, Binned, 1, "next squirmer of the same bin, index + 1"),

@@ -5,7 +5,7 @@ use super::kernel::{Kernel, compile, groups, settings};
 use super::{Gpu, GpuError};
 use crate::buffers::{Extent, Now, Sizes};
 use crate::graph::fused::{Item, Occasion, bricks, items, joint, sifted};
-use crate::graph::{Plan, beside, constants, small};
+use crate::graph::{Plan, beside, constants, in_turn, small};
 use crate::shader::{Lanes, Module, Over, settings_name};
 use crate::stages::Entry;
 use std::collections::HashMap;
@@ -74,6 +74,7 @@ impl Ordered {
             Item::Held(members) => sifted(members, Over::Held, stages)?,
             Item::Bricks(members, route) => bricks(members, *route, stages)?,
             Item::Alone(m) => stages[m.stage].0.fused_module(&m.text(), item.lanes(self.lanes, sizes))?,
+            Item::InTurn(members) => in_turn::module(members, stages)?,
             Item::Small(members) => small::module(members, stages, sizes)?,
             Item::Beside(members) => beside::module(members, stages, self.lanes, sizes)?,
         };

@@ -76,6 +76,7 @@ fn rows(item: &Item, stages: &[(&'static Entry, u32, bool)]) -> Vec<Row> {
     let point = |m: &Member| format!("{} {}", stages[m.stage].0.kind, m.phase.entry);
     let members = item.members();
     let several = match item {
+        Item::InTurn(_) => Some("one after the other:"),
         Item::Small(_) => Some("one workgroup:"),
         Item::Beside(_) => Some("side by side:"),
         _ => None,

@@ -10,7 +10,7 @@ mod item;
 pub use item::{Item, Member};
 
 use super::kernels::{APPLY, Use, reflected};
-use super::{Plan, beside, small};
+use super::{Plan, beside, in_turn, small};
 use crate::buffers::{Extent, Gathering, Sizes, find};
 use crate::shader::{Module, Over, Part, Route, ShaderError, fuse};
 use crate::stages::{Entry, Phase};
@@ -123,7 +123,7 @@ pub fn items(stages: &[Staged], occasion: Occasion, sizes: &Sizes) -> Result<Vec
         true => at_once::items(stages, occasion, sizes)?.expect("it was found to be possible"),
         false => parted(stages, occasion, sizes)?,
     };
-    Ok(small::joined(beside::joined(items, sizes), sizes))
+    Ok(small::joined(in_turn::joined(beside::joined(items, sizes), sizes), sizes))
 }
 
 /// The order in which the sums over cells have kernels of their own.
@@ -228,8 +228,9 @@ fn member(
     };
     let turned: Vec<Use> = uses.iter().filter_map(next).collect();
     uses.extend(turned);
-    let shared = entry.shared.contains(&phase.entry);
-    let member = Member { stage, phase, wgsl, shared, rare: entry.rarely(phase.entry), late, repetition, uses, now };
+    let (shared, own) = (entry.shared.contains(&phase.entry), entry.own.contains(&phase.entry));
+    let member =
+        Member { stage, phase, wgsl, shared, own, rare: entry.rarely(phase.entry), late, repetition, uses, now };
     // By the time that it is applied the grid has been moved.
     Ok(if late && entry.kind == APPLY { member.after_the_shift() } else { member })
 }

@@ -4,6 +4,7 @@ pub mod beside;
 pub mod draw;
 pub mod freshness;
 pub mod fused;
+pub mod in_turn;
 pub mod kernels;
 pub mod plan;
 pub mod sizes;

@@ -20,7 +20,8 @@ const SHORT: [Extent; 6] =
 /// Stages as [`super::fused::items`] has them.
 pub type Stages<'a> = &'a [(&'static Entry, u32, bool)];
 
-fn small<'a>(item: &'a Item, sizes: &Sizes) -> Option<&'a Member> {
+/// The member of an item that is small.
+pub(super) fn small<'a>(item: &'a Item, sizes: &Sizes) -> Option<&'a Member> {
     let Item::Alone(m) = item else { return None };
     let few = if m.phase.over == Extent::SquirmerParts { FEW_PARTS } else { FEW };
     let short = SHORT.contains(&m.phase.over) && sizes.count(m.phase.over) <= few;

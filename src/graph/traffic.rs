@@ -43,7 +43,9 @@ pub fn moved(used: &Use, over: Extent, sizes: &Sizes) -> f64 {
 pub fn of_item(item: &Item, sizes: &Sizes) -> f64 {
     let of = |uses: &[Use], over| uses.iter().map(|u| moved(u, over, sizes)).sum::<f64>();
     match item {
-        Item::Small(members) | Item::Beside(members) => members.iter().map(|m| of(&m.uses, m.phase.over)).sum(),
+        Item::InTurn(members) | Item::Small(members) | Item::Beside(members) => {
+            members.iter().map(|m| of(&m.uses, m.phase.over)).sum()
+        }
         _ => of(&item.uses(), item.over()),
     }
 }

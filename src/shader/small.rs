@@ -19,7 +19,7 @@ pub struct Phase<'a> {
 }
 
 /// The invocation's index among all, which becomes the element.
-const INDEX: &str = "invocation(group, groups, lane)";
+pub(super) const INDEX: &str = "invocation(group, groups, lane)";
 
 /// Whether an entry point uses nothing of its workgroup but the index of the invocation, so that it does its work for one element.
 #[must_use]
@@ -91,7 +91,7 @@ pub(super) fn prefix(parts: &[Part<'_>], part: &Part<'_>) -> String {
 }
 
 /// The text with these entry points as functions `(element: u32)`.
-fn of_elements(text: &str, points: &[&str]) -> String {
+pub(super) fn of_elements(text: &str, points: &[&str]) -> String {
     as_functions(text, points, "element: u32", |line| line.replace(INDEX, "element"))
 }
 

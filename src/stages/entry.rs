@@ -72,6 +72,8 @@ pub trait Stage: 'static {
     /// Entry points that share the work for one element among several invocations where the adapter is better at that: their WGSL takes
     /// the number from `LANES`, which is 1 in the loose plan.
     const SHARED: &'static [&'static str] = &[];
+    /// Entry points of which an invocation uses, of what any of them in any stage writes, only what belongs to its own element.
+    const OWN: &'static [&'static str] = &[];
     /// Kinds that, where present, must stand before this stage in the list.
     const AFTER: &'static [&'static str] = &[];
     /// Its parameters in the pipeline file.
@@ -128,6 +130,8 @@ pub struct Entry {
     pub rare: &'static [Rare],
     /// See [`Stage::SHARED`].
     pub shared: &'static [&'static str],
+    /// See [`Stage::OWN`].
+    pub own: &'static [&'static str],
     /// See [`Stage::AFTER`].
     pub after: &'static [&'static str],
     /// Doc comment of the parameters: what the stage does.
@@ -170,6 +174,7 @@ impl Entry {
             each: S::EACH,
             rare: S::RARE,
             shared: S::SHARED,
+            own: S::OWN,
             after: S::AFTER,
             summary: S::Params::summary,
             fields: S::Params::fields,

@@ -77,7 +77,7 @@ mod tests {
                 assert!(replaced.all(|r| own.clone().any(|p| p.entry == *r)), "{}", entry.kind);
                 points.extend(phases.iter().map(|(p, _)| p.entry));
             }
-            let named = entry.shared.iter().copied().chain(entry.rare.iter().map(|r| r.entry));
+            let named = entry.shared.iter().chain(entry.own).copied().chain(entry.rare.iter().map(|r| r.entry));
             assert!(named.into_iter().all(|s| points.contains(&s)), "{}", entry.kind);
         }
     }

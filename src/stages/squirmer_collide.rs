@@ -68,6 +68,7 @@ impl Stage for SquirmerCollide {
             ),
         ],
     });
+    const OWN: &'static [&'static str] = &["absorb"];
     const AFTER: &'static [&'static str] = &["squirmer-move", "stream"];
     type Params = Self;
     type Uniform = SquirmerCollideSettings;
@@ -89,7 +90,8 @@ impl Stage for SquirmerCollide {
         let margin = 6.0 * system.run.dt * system.fluid.temperature.sqrt();
         // A wall may have turned it around in a frame that moves, and half a kick of the body force came after it.
         let speed = |v: [f64; 3]| DVec3::from_array(v).length();
-        let walls = system.domain.walls.iter().flat_map(|w| [w.velocity_low, w.velocity_high]).map(speed).fold(0.0, f64::max);
+        let walls =
+            system.domain.walls.iter().flat_map(|w| [w.velocity_low, w.velocity_high]).map(speed).fold(0.0, f64::max);
         let faster = 2.0 * walls + speed(system.fluid.acceleration) * system.run.dt / 2.0;
         // Squirmers move, too: less than a sixth of the margin.
         let (far, slack) = (margin / 1.2, faster * system.run.dt + ROUNDING);

@@ -62,6 +62,7 @@ impl Stage for SquirmerFill {
         instead: &[("fill", &[Phase { entry: "enter", over: Extent::SquirmerGhosts }])],
     });
     const SHARED: &'static [&'static str] = &["gather"];
+    const OWN: &'static [&'static str] = &["prepare", "absorb"];
     const AFTER: &'static [&'static str] = &["cell-reduce", "squirmer-collide", "wall-ghosts"];
     type Params = Self;
     type Uniform = SquirmerFillSettings;

@@ -84,6 +84,7 @@ impl Stage for SquirmerMove {
         Phase { entry: "force", over: SquirmerParts },
         Phase { entry: "kick_drift", over: Squirmers },
     ];
+    const OWN: &'static [&'static str] = &["drift_first", "fill_bins", "kick_drift"];
     type Params = Self;
     type Uniform = SquirmerMoveSettings;
 

@@ -92,6 +92,21 @@ fn both_forms_of_a_plan_leave_the_same_bits() {
     }
 }
 
+/// So many that no workgroup has room for all: what an invocation does in turn for one of them, with and without bins.
+#[test]
+fn many_squirmers_leave_the_same_bits() {
+    let mut system = rig::system([28, 27, 29]);
+    system.fluid.density = 8.0;
+    let kinds: Vec<&str> = rig::EVERYTHING.iter().copied().filter(|k| *k != "wall-ghosts").collect();
+    for (count, gathering) in [(280, Gathering::Chains), (1040, Gathering::Bricks)] {
+        system.species = vec![squirm::state::Species { count, ..rig::species(1.3, 0.9, 0.1, -1.0) }];
+        assert_eq!(squirm::graph::sizes(&system).bins > 0, count > packed::FEW_SQUIRMERS);
+        let start = squirm::state::start::start(&system).expect("a start");
+        let loose = left(&system, &start, &kinds, &[], (Form::Loose, Lanes::One, Gathering::Chains));
+        assert_eq!(loose, left(&system, &start, &kinds, &[], (Form::Fused, Lanes::One, gathering)), "{count}");
+    }
+}
+
 /// A gas of which `crowds` cells hold `each` particles more, and the others the rest of `count`.
 fn crowded(system: &System, count: u32, (crowds, each): (usize, usize)) -> State {
     let mut particles = gas(system, 32, count);
@@ -169,6 +184,9 @@ fn planned(kinds: &[&str], occasion: Occasion, sizes: &Sizes) -> (Vec<&'static s
     let items = items(&stages, occasion, sizes).expect("valid");
     for item in items.iter().filter(|i| matches!(i, Item::Small(_))) {
         squirm::graph::small::module(item.members(), &stages, sizes).expect("valid");
+    }
+    for item in items.iter().filter(|i| matches!(i, Item::InTurn(_))) {
+        squirm::graph::in_turn::module(item.members(), &stages).expect("valid");
     }
     for (item, lanes) in
         items.iter().filter(|i| matches!(i, Item::Beside(_))).zip([Lanes::One, Lanes::Four].iter().cycle())
@@ -349,6 +367,23 @@ fn what_is_side_by_side() {
     let filled = [&["mark_map", "draw"][..], &["observe", "prepare"], &["average", "enter"]];
     assert_eq!(beside(&bricks), (11, [&[&received[..]], &filled[..]].concat().iter().map(|f| f.to_vec()).collect()));
     assert!(beside(&Sizes { wall_cells: 0, squirmers: 0, ..slit_of(0) }).1.is_empty());
+}
+
+/// Squirmers of which there are too many for one workgroup are moved by as few kernels as the forces between them allow.
+#[test]
+fn what_an_invocation_does_in_turn() {
+    let in_turn = |kinds: &[&str], sizes: &Sizes| {
+        let (_, items) = planned(kinds, Occasion::Next, sizes);
+        let entries = |i: &Item| i.members().iter().map(|m| m.phase.entry).collect::<Vec<_>>();
+        items.iter().filter(|i| matches!(i, Item::InTurn(_))).map(entries).collect::<Vec<_>>()
+    };
+    assert!(in_turn(rig::EVERYTHING, &slit_of(256)).is_empty());
+    assert_eq!(in_turn(rig::EVERYTHING, &slit_of(257)), [["absorb", "drift_first"]]);
+    let bricks = |squirmers| Sizes { cells: 6400, room: 864, wall_cells: 0, wall_patches: 0, ..slit_of(squirmers) };
+    let free: Vec<&str> = rig::EVERYTHING.iter().copied().filter(|k| *k != "wall-ghosts").collect();
+    // With bins.
+    let found = in_turn(&free, &bricks(2000));
+    assert_eq!(found, [&["absorb", "drift_first", "fill_bins"][..], &["absorb", "prepare"]]);
 }
 
 /// Every substep is told its number.

@@ -17,6 +17,8 @@ pub struct Member {
     pub wgsl: &'static str,
     /// Several invocations may share each of its elements.
     pub shared: bool,
+    /// See [`crate::stages::Stage::OWN`].
+    pub own: bool,
     /// It does much for a few particles only, and there may be such.
     pub rare: Option<Rare>,
     /// It belongs to the step before: its random numbers and its repetition are that step's.
@@ -66,6 +68,8 @@ pub enum Item {
     Held(Vec<Member>),
     /// The same over particles that lie brick by brick, or come there or go.
     Bricks(Vec<Member>, Route),
+    /// Kernels over the same elements that an invocation does one after the other for its own.
+    InTurn(Vec<Member>),
     /// Small kernels that one workgroup does one after the other.
     Small(Vec<Member>),
     /// Kernels that have nothing to do with each other: some workgroups do one, some the next.
@@ -81,7 +85,10 @@ impl Item {
         for used in members.iter().flat_map(|m| &m.uses) {
             match uses.iter_mut().find(|u| u.buffer == used.buffer) {
                 // Read only if the first to use it reads it.
-                Some(known) => known.write |= used.write,
+                Some(known) => {
+                    known.write |= used.write;
+                    known.members = None;
+                }
                 None => uses.push(used.clone()),
             }
         }
@@ -109,6 +116,7 @@ impl Item {
             | Item::Sifted(members)
             | Item::Held(members)
             | Item::Bricks(members, _)
+            | Item::InTurn(members)
             | Item::Small(members)
                 if members.len() > 1 =>
             {
@@ -150,6 +158,7 @@ impl Item {
             | Item::Sifted(members)
             | Item::Held(members)
             | Item::Bricks(members, _)
+            | Item::InTurn(members)
             | Item::Small(members)
             | Item::Beside(members) => members,
         }
