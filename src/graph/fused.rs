@@ -93,7 +93,10 @@ pub fn bound(plan: &Plan, sizes: &Sizes) -> Result<Vec<String>, ShaderError> {
         for occasion in [Occasion::First, Occasion::Next, Occasion::Last] {
             for item in items(&stages(plan, all), occasion, sizes)? {
                 let own = item.uses();
-                names.extend(item.members().iter().flat_map(|m| &m.uses).chain(&own).map(|u| u.buffer.clone()));
+                // Operators that stay in the workgroup are not in memory.
+                let kept = matches!(&item, Item::Bricks(members, _) if members[0].makes_sums());
+                let bound = item.members().iter().flat_map(|m| &m.uses).filter(|u| !kept || u.buffer != "operators");
+                names.extend(bound.chain(&own).map(|u| u.buffer.clone()));
             }
         }
     }
@@ -343,7 +346,13 @@ pub fn bricks(members: &[Member], route: Route, stages: &[(&'static Entry, u32, 
         }));
     }
     let cells = members.iter().take_while(|m| m.phase.over == Extent::Cells).count();
-    fuse(&parts, Over::Bricks { route, cells })
+    let receives = |(entry, ..): &Staged| -> Result<bool, ShaderError> {
+        let uses: Result<Vec<_>, _> = entry.receive.iter().map(|p| reflected(entry, entry.wgsl, p.entry)).collect();
+        Ok(uses?.iter().flat_map(|(uses, _)| uses).any(|u| u.buffer == "operators"))
+    };
+    let received: Result<Vec<bool>, _> = stages.iter().map(receives).collect();
+    let kept = cells > 0 && received?.contains(&true);
+    fuse(&parts, Over::Bricks { route, cells, kept })
 }
 
 /// The kernel of joint members.

@@ -58,6 +58,8 @@ pub enum Over {
         route: Route,
         /// So many of the first parts are those over cells of bricks: they make the operators that the others apply.
         cells: usize,
+        /// Somebody needs the operators of cells at walls afterwards.
+        kept: bool,
     },
     /// Cells of bricks: as cells, after a first function that makes the sums of one once `gather_brick` has made those of the brick.
     BrickCells {
@@ -136,7 +138,7 @@ pub fn fuse(parts: &[Part<'_>], over: Over) -> Result<Module, ShaderError> {
     let mut includes = vec!["dispatch".to_owned()];
     let (mut bindings, mut bodies, mut declarations) = (Vec::new(), String::new(), String::new());
     includes.extend(match over {
-        Over::Particles | Over::Bricks { route: Route::Leave, .. } => vec!["particles-store".to_owned()],
+        Over::Particles => vec!["particles-store".to_owned()],
         Over::Sifted => {
             bindings.extend(held_bindings(true));
             vec!["particles-store".to_owned(), "held-store".to_owned()]
@@ -145,8 +147,11 @@ pub fn fuse(parts: &[Part<'_>], over: Over) -> Result<Module, ShaderError> {
             bindings.extend(held_bindings(false));
             vec!["particles-store".to_owned(), "held".to_owned()]
         }
-        Over::Bricks { cells: 0, .. } => vec!["particles".to_owned()],
-        Over::Bricks { .. } => ["particles", "operator-brick", "operator-store"].map(str::to_owned).to_vec(),
+        Over::Bricks { route, cells, kept } => {
+            let row = if route == Route::Leave { "particles-store" } else { "particles" };
+            let made = [(cells > 0).then_some("operator-brick"), kept.then_some("operator-store")];
+            [row].into_iter().chain(made.into_iter().flatten()).map(str::to_owned).collect()
+        }
         Over::BrickCells { operators } => {
             let loads = [operators.then_some("operator-load")];
             loads.into_iter().flatten().chain(["operator-store"]).map(str::to_owned).collect()
@@ -263,9 +268,9 @@ fn entry(parts: &[Part<'_>], over: Over) -> String {
         Over::Particles | Over::Bricks { route: Route::Enter, .. } => each_particle(parts, over == Over::Particles),
         Over::Sifted => each_sifted(parts),
         Over::Held => each_held(parts),
-        Over::Bricks { route, cells } => {
+        Over::Bricks { route, cells, kept } => {
             let (made, moved) = parts.split_at(cells);
-            each_brick(made, moved, route)
+            each_brick((made, kept), moved, route)
         }
         Over::BrickCells { operators } => each_brick_cell(parts, operators),
         Over::Cells { sums, operators } => each_cell(parts, sums, operators),
@@ -300,10 +305,11 @@ fn for_each(most: usize, lanes: &str, line: &str) -> String {
     (0..most).map(one).collect::<Vec<_>>().join(" ")
 }
 
-/// The operators of a brick's cells, made and kept in the workgroup; those of cells at walls in memory, too, for what the walls receive.
+/// The operators of a brick's cells, made and kept in the workgroup; those of cells at walls in memory, too, if the walls receive something.
 /// The particles, or the last of them if there are many, stay at hand.
-fn made_and_kept(parts: &[Part<'_>]) -> Vec<String> {
+fn made_and_kept(parts: &[Part<'_>], kept: bool) -> Vec<String> {
     let head = [
+        for_each(PER_LANE, "BRICK_LANES", "var p#: Particle;"),
         "let added = select(count, 0u, beside_wall(index));".to_owned(),
         format!("for (var base = 0u; base < count; base += {PER_LANE}u * BRICK_LANES) {{"),
         for_each(PER_LANE, "BRICK_LANES", "p# = fetched(index, NTH, count);"),
@@ -313,14 +319,14 @@ fn made_and_kept(parts: &[Part<'_>]) -> Vec<String> {
         "if lane < BRICK_CELLS {".to_owned(),
         "let i = index * BRICK_CELLS + lane;".to_owned(),
     ];
-    let tail =
-        ["keep_operator(lane, o);", "if at_wall(row_of(i)) { store_operator(i, o); }", "}", "workgroupBarrier();"];
+    let wall = if kept { "if at_wall(row_of(i)) { store_operator(i, o); }" } else { "" };
+    let tail = ["keep_operator(lane, o);", wall, "}", "workgroupBarrier();"];
     head.into_iter().chain(operator(parts, true, false)).chain(tail.map(str::to_owned)).collect()
 }
 
 /// A brick's particles, moved on. The last part of those who stay is replaced by what settles them. `made`: parts that make the operators first,
 /// of the step before.
-fn each_brick(made: &[Part<'_>], parts: &[Part<'_>], route: Route) -> Vec<String> {
+fn each_brick((made, kept): (&[Part<'_>], bool), parts: &[Part<'_>], route: Route) -> Vec<String> {
     let head = [
         "if index * BRICK_CELLS >= system.cell_count { return; }",
         if route == Route::Leave { "" } else { "clear_going(lane);" },
@@ -328,6 +334,9 @@ fn each_brick(made: &[Part<'_>], parts: &[Part<'_>], route: Route) -> Vec<String
         "let count = particles_of_brick(index, lane);",
     ];
     let mut lines: Vec<String> = head.map(str::to_owned).to_vec();
+    if !made.is_empty() {
+        lines.extend(made_and_kept(made, kept));
+    }
     if route == Route::Leave {
         lines.extend([
             "let first = place_in_row(count, lane);".to_owned(),
@@ -346,11 +355,10 @@ fn each_brick(made: &[Part<'_>], parts: &[Part<'_>], route: Route) -> Vec<String
         _ => ("BRICK_LANES", if made.is_empty() { 1 } else { PER_LANE }),
     };
     let each = |line: &str| for_each(most, lanes, line);
-    lines.push(each("var p#: Particle;"));
     let (fetch, step) = if made.is_empty() {
+        lines.push(each("var p#: Particle;"));
         (String::new(), "now.step_low")
     } else {
-        lines.extend(made_and_kept(made));
         // Those at hand need not be fetched again.
         (format!("if count > {most}u * {lanes} "), "now.step_low + 1u")
     };

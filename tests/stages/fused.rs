@@ -290,7 +290,7 @@ fn a_fluid_alone_collides_and_moves_in_one_kernel() {
     assert_eq!(next.iter().map(entries).collect::<Vec<_>>(), [shift.clone(), both.clone()]);
     assert_eq!(
         order(Occasion::Last, &sizes).iter().map(entries).collect::<Vec<_>>(),
-        [collision.to_vec(), vec!["apply"]]
+        [[&collision[..], &["apply"]].concat()]
     );
     let shifts = |i: &Item| {
         let names = |m: &squirm::graph::fused::Member| m.uses.iter().map(|u| u.buffer.clone()).collect::<Vec<_>>();

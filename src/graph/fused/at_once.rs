@@ -20,7 +20,10 @@ pub(super) fn items(stages: &[Staged], occasion: Occasion, sizes: &Sizes) -> Res
     let mut order = parted(stages, occasion, sizes)?;
     let Some(cells) = collision(stages, sizes)? else { return Ok(None) };
     if occasion == Occasion::Last {
-        order.insert(0, Item::Joint(cells));
+        // What walls receive comes after it.
+        let leaving = order.iter().position(|item| matches!(item, Item::Bricks(_, Route::Leave)));
+        let Some(leaving) = leaving.map(|k| order.remove(k)) else { return Ok(None) };
+        order.insert(0, Item::Bricks([&cells[..], leaving.members()].concat(), Route::Leave));
         return Ok(Some(order));
     }
     if order.pop() != Some(Item::Joint(cells.clone())) {
