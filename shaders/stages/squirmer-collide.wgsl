@@ -84,12 +84,15 @@ fn packed_plane(orientation: vec4<f32>, plane: Touching, nearer: f32) -> u32 {
     return ((((distance << PLANE_BITS | n.z) << PLANE_BITS | n.y) << PLANE_BITS | n.x) << COUNT_BITS) | 1u;
 }
 
+// Above what rounding a normal's components to 1/63 makes of a distance half a cell's diagonal away, 0.0119.
+const ROUNDING: f32 = 0.0125;
+
 // How far a point in the cell of this first word, `x` from the centre, is at least from the one squirmer near, wherever that was during the
-// step, but for the rounding of the normal (below 0.012).
+// step.
 fn clearance(word: u32, x: vec3<f32>) -> f32 {
     let n = vec3<u32>(word >> COUNT_BITS, word >> (COUNT_BITS + PLANE_BITS), word >> (COUNT_BITS + 2u * PLANE_BITS)) & vec3<u32>(PLANE_MASK);
     let distance = f32(word >> (COUNT_BITS + 3u * PLANE_BITS)) / distance_scale() - 1.0;
-    return dot(vec3<f32>(n) - 64.0, x) * (1.0 / 63.0) + distance;
+    return dot(vec3<f32>(n) - 64.0, x) * (1.0 / 63.0) + distance - ROUNDING;
 }
 
 // By how much a point of the squirmer's surface may have moved in the step.

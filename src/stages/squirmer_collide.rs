@@ -33,13 +33,10 @@ shared! {
         margin: f32,
         /// A flight longer than this, in cells, may meet a squirmer of which the cell where it ends does not know.
         far: f32,
-        /// What a flight may be longer than the last speed tells, in cells, with what that cell's knowledge is rounded by.
+        /// What a flight may be longer than the last speed tells, in cells.
         slack: f32,
     }
 }
-
-/// Above what rounding the components of a normal to 1/63 makes of a distance half a cell's diagonal away (0.0119), in cells.
-const ROUNDING: f64 = 0.0125;
 
 impl Stage for SquirmerCollide {
     const KIND: &'static str = "squirmer-collide";
@@ -94,7 +91,7 @@ impl Stage for SquirmerCollide {
             system.domain.walls.iter().flat_map(|w| [w.velocity_low, w.velocity_high]).map(speed).fold(0.0, f64::max);
         let faster = 2.0 * walls + speed(system.fluid.acceleration) * system.run.dt / 2.0;
         // Squirmers move, too: less than a sixth of the margin.
-        let (far, slack) = (margin / 1.2, faster * system.run.dt + ROUNDING);
+        let (far, slack) = (margin / 1.2, faster * system.run.dt);
         #[allow(clippy::cast_possible_truncation)]
         let [margin, far, slack] = [margin, far, slack].map(|x| x as f32);
         SquirmerCollideSettings { max_hits: params.max_hits, margin, far, slack }
