@@ -64,7 +64,7 @@ fn enter(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) group
         brick = brick_number(at);
         let fault = fault_of(square_of(p.velocity));
         if fault != 0u {
-            report(fault, brick * BRICK_CELLS, by);
+            report(fault, ghost_place(i, g.s).cell, by);
         } else {
             number = neighbour_number(home, at);
             if number == FAR {

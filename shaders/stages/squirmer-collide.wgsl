@@ -103,6 +103,15 @@ fn moved_at_most(i: u32, b: vec3<f32>) -> f32 {
     return length(separation(squirmers[i].position, squirmers[i].position_before)) + 2.24 * turned * max(b.x, b.z);
 }
 
+// Comes as near as no plane can tell.
+const NO_PLANE: f32 = 1e6;
+
+// Whether points of the cell whose centre is at `d` see different images of the squirmer.
+fn at_seam(d: vec3<f32>) -> bool {
+    let across = abs(d) + 0.5 >= 0.5 * vec3<f32>(system.size);
+    return across.x || across.z || (system.walled == 0u && across.y);
+}
+
 fn mark(cell: u32, i: u32, plane: u32) {
     let word = cell * MAP_WORDS;
     let slot = atomicAdd(&squirmer_map[word], plane) & COUNT_MASK;
@@ -151,7 +160,7 @@ fn mark_map(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) gr
         if abs(d.z) <= reach.z {
             let plane = touching(orientation, b, d);
             if plane.distance <= settings.margin + CORNER {
-                mark(cell_index(vec3<u32>(cell)), i, packed_plane(orientation, plane, nearer));
+                mark(cell_index(vec3<u32>(cell)), i, packed_plane(orientation, plane, select(nearer, NO_PLANE, at_seam(d))));
             }
         }
         cell.z = select(cell.z + 1, 0, cell.z + 1 == size.z);
