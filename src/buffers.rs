@@ -1,9 +1,11 @@
 //! The catalogue of buffers: every name that a shader may bind, what it holds, how long it lives and how large it is.
 
 mod fault;
+mod overlay;
 mod sizes;
 
 pub use fault::{Fault, Site};
+pub use overlay::{OVERLAYS, Overlay, lodges};
 pub use sizes::{Gathering, Sizes};
 
 use crate::shared;
@@ -48,7 +50,9 @@ pub enum Extent {
     Particles,
     /// Collision cells.
     Cells,
-    /// Cells cut by a wall: two layers.
+    /// Steps for which something is made beforehand: [`STEPS_AHEAD`], and the one before them.
+    Steps,
+    /// Cells cut by a wall: two layers, each filled up to whole tiles of [`WALL_TILE`] cells along either edge.
     WallCells,
     /// Patches of the walls over which the shear is averaged, at their smallest: [`SMALLEST_PATCH`] cells along either edge.
     WallPatches,
@@ -78,13 +82,17 @@ pub enum Extent {
     Bricks,
     /// Room for particles in all bricks.
     Rooms,
-    /// Cells of the bricks whose sums wall ghosts need: three layers of bricks, of which some may be the same.
-    WallBrickCells,
     /// Blocks over which a snapshot averages its fields.
     Coarse,
     /// Fluid particles that a snapshot takes.
     Samples,
 }
+
+/// Steps for which what does not depend on the state is made at a time.
+pub const STEPS_AHEAD: u64 = 63;
+
+/// Cells along the edge of the tiles by which cells at walls are numbered.
+pub const WALL_TILE: u32 = 8;
 
 /// Cells along the edge of the smallest patch of a wall.
 pub const SMALLEST_PATCH: u32 = 4;
@@ -179,7 +187,7 @@ shared! {
         inverse_second: f32,
         /// 1 / scale_mixed.
         inverse_mixed: f32,
-        /// Particles that a brick of 4 x 4 x 4 cells has room for.
+        /// Particles that two bricks of 4 x 4 x 4 cells have room for together.
         room: u32,
         /// Not used.
         pad: u32,
@@ -282,7 +290,7 @@ const fn buffer(name: &'static str, life: Life, extent: Extent, words: usize, do
 
 use Extent::{
     Binned, Bins, Blocks, Bricks, Cells, Coarse, Links, One, Particles, Rooms, Samples, Species, SquirmerGhosts,
-    Squirmers, Waiting, WallPatches,
+    Squirmers, Steps, Waiting, WallCells, WallPatches,
 };
 impl Now {
     /// What a kernel is told of a step and of the repetition of its stage.
@@ -347,15 +355,29 @@ pub const CATALOGUE: &[Buffer] = &[
         "wall_shear",
         Persistent,
         WallPatches,
-        5,
-        "fluid beside each patch of the walls: averages of sum y (v - u_w) along x and z and of sum y^2, shear along x and z",
+        6,
+        "fluid beside each patch of the walls: averages of sum y (v - u_w) along x and z and of sum y^2, for even steps, then odd ones",
+    ),
+    buffer(
+        "wall_ghosts",
+        Derived(&["shift"]),
+        WallCells,
+        24,
+        "fixed-point sums over the ghosts in each cell that a wall cuts, as in `moments`",
+    ),
+    buffer(
+        "wall_seen",
+        Derived(&[]),
+        WallCells,
+        8,
+        "of the fluid in the two cells next to the wall: sum y (v - u_w) along x and z and sum y^2, in fixed point",
     ),
     buffer(
         "wall_sums",
-        Scratch,
+        Persistent,
         WallPatches,
-        6,
-        "sum y (v - u_w) along x and z and sum y^2 of this step beside each patch of the walls: three wide sums, else zero",
+        12,
+        "the same beside each patch of the walls, three wide sums: of the last even step, then of the last odd one",
     ),
     buffer(
         "faults",
@@ -365,7 +387,14 @@ pub const CATALOGUE: &[Buffer] = &[
         "what went wrong: flags; where, in which cell, with which particle or squirmer, and in which step first (shaders/lib/fault.wgsl)",
     ),
     buffer("shift", Derived(&[]), One, 4, "grid shift of this step, in coordinate units"),
-    buffer("shift_before", Persistent, One, 4, "grid shift of the step before, in coordinate units"),
+    buffer("shift_before", Derived(&[]), One, 4, "grid shift of the step before, in coordinate units"),
+    buffer(
+        "shifts",
+        Scratch,
+        Steps,
+        64,
+        "grid shifts of the steps to come and of the one before, 256 bytes apart: in the fused plan `shift` and `shift_before` lie here",
+    ),
     buffer(
         "moments",
         Derived(&["particles", "velocities_yz", "shift"]),
@@ -400,9 +429,10 @@ pub const CATALOGUE: &[Buffer] = &[
         "squirmer_map",
         Scratch,
         Cells,
-        8,
-        "squirmers near each cell: a count, with a plane that touches the only one, and up to seven indices",
+        1,
+        "squirmers near each cell: their number, and a plane that touches the only one",
     ),
+    buffer("squirmer_lists", Scratch, Cells, 7, "up to seven indices of the squirmers near each cell"),
     buffer("steric_sums", Scratch, Squirmers, 8, "sums of steric force, torque, contacts; zero between substeps"),
     buffer("bin_heads", Scratch, Bins, 1, "first squirmer of each bin, index + 1"),
     buffer("bin_next", Scratch, Binned, 1, "next squirmer of the same bin, index + 1"),
@@ -437,11 +467,13 @@ pub const CATALOGUE: &[Buffer] = &[
         Scratch,
         Bricks,
         1,
-        "ghosts at the end of each brick's room; zero after the sums over its cells",
+        "ghosts in each brick, where its particles come to lie next; zero after the sums over its cells",
     ),
     buffer("bricks_xy_next", Scratch, Rooms, 2, "x and y once all have moved; the two change places in every step"),
     buffer("bricks_zu_next", Scratch, Rooms, 2, "z and v_x once all have moved"),
     buffer("bricks_vw_next", Scratch, Rooms, 2, "v_y and v_z once all have moved"),
+    buffer("particles_next", Scratch, Particles, 4, "positions and v_x, back in one row after an even number of steps"),
+    buffer("velocities_yz_next", Scratch, Particles, 2, "v_y and v_z of the same"),
     buffer("brick_counts_next", Scratch, Bricks, 1, "particles in each brick once all have moved, else zero"),
     buffer("brick_total", Scratch, One, 1, "particles that are back in one row"),
     buffer("places", Scratch, Cells, 1, "sorting: particles per cell, then the place of the next"),

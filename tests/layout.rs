@@ -70,11 +70,13 @@ fn records_are_as_long_as_the_catalogue_says() {
         ("operators", "OPERATOR_WORDS"),
         ("impulses", "IMPULSE_WORDS"),
         ("ghost_sums", "SUM_WORDS"),
-        ("squirmer_map", "MAP_WORDS"),
+        ("squirmer_lists", "MAP_SLOTS"),
         ("steric_sums", "STERIC_WORDS"),
         ("wall_sums", "WALL_SUM_WORDS"),
         ("wall_shear", "WALL_SHEAR_WORDS"),
     ];
+    let text = squirm::stages::find("wall-ghosts").expect("a stage").module().expect("a module").text;
+    assert_eq!(constant(&text, "TILE"), Some(squirm::buffers::WALL_TILE as usize));
     for (buffer, name) in records {
         let words = find(buffer).expect("a buffer of the catalogue").words;
         let mut seen = 0;

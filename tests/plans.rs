@@ -18,12 +18,14 @@ fn files(folder: &str) -> Vec<PathBuf> {
     found
 }
 
-/// What `squirm check` says of a run's memory is what the run takes, but for the rounding of each buffer to 16 bytes.
+/// What `squirm check` says of a run's memory is what the run takes, but for the rounding of each buffer to 16 bytes, and of the places of those
+/// that lie beside each other in one to 256.
 fn predicts_memory(session: &Session, plan: &squirm::graph::Plan) {
     let names = squirm::graph::fused::bound(plan, session.sizes()).expect("valid shaders");
     let predicted: u64 =
         squirm::graph::memory(names.iter().map(String::as_str), session.sizes()).iter().map(|(_, n)| n).sum();
-    assert!(session.memory() >= predicted && session.memory() - predicted < 16 * 32, "{}", plan.name);
+    let more = session.memory().checked_sub(predicted);
+    assert!(more.is_some_and(|more| more < 16 * 32 + 4 * 256), "{}: {} for {predicted}", plan.name, session.memory());
 }
 
 /// State, forces and wall impulses after two submissions.

@@ -3,13 +3,11 @@
 //!include dispatch
 //!include cells
 //!include particles
-//!include contribution
+//!include sums-workgroup
 //!include fault
 //!include bricks
 //!include bricks-settle
-//!include sums-load
 //!include sums-store
-//!include energies
 //!include walls
 
 @group(0) @binding(0) var<uniform> system: SystemUniform;
@@ -58,55 +56,9 @@ fn place_in_row(count: u32, lane: u32) -> u32 {
     return workgroupUniformLoad(&row_first);
 }
 
-// The sums of the brick's cells: the first word of all, then the second.
-var<workgroup> brick_sums: array<atomic<u32>, MOMENT_WORDS * BRICK_CELLS>;
-
-// To be followed by a barrier.
-fn clear_sums(lane: u32) {
-    for (var k = lane; k < MOMENT_WORDS * BRICK_CELLS; k += BRICK_LANES) {
-        atomicStore(&brick_sums[k], 0u);
-    }
-}
-
-fn add_word(k: u32, cell: u32, word: u32) {
-    atomicAdd(&brick_sums[k * BRICK_CELLS + cell], word);
-}
-
-fn add_words(k: u32, cell: u32, words: vec3<i32>) {
-    let w = bitcast<vec3<u32>>(words);
-    add_word(k, cell, w.x);
-    add_word(k + 1u, cell, w.y);
-    add_word(k + 2u, cell, w.z);
-}
-
-fn add_to_cell(cell: u32, s: Sums) {
-    add_word(0u, cell, s.count);
-    add_words(1u, cell, s.v);
-    if ENERGIES {
-        add_word(4u, cell, s.energy);
-        add_word(5u, cell, s.coarse);
-    }
-    if !PLACES {
-        return;
-    }
-    add_words(6u, cell, s.x);
-    add_words(9u, cell, s.diagonal);
-    add_words(12u, cell, s.mixed);
-    add_words(15u, cell, s.xv0);
-    add_words(18u, cell, s.xv1);
-    add_words(21u, cell, s.xv2);
-}
-
 // Whether a wall cuts the cells of this row along y: then there are wall ghosts in them.
 fn at_wall(row: u32) -> bool {
     return WALLS && (row == 0u || row >= system.cells.y - 1u);
-}
-
-// Whether a brick has cells in the two rows beside a wall: then its particles are in the sums in memory, to which wall ghosts have added.
-fn beside_wall(brick: u32) -> bool {
-    let n = bricks_per_axis();
-    let y = brick / n.x % n.y;
-    return WALLS && (y == 0u || y >= (system.cells.y - 2u) / 4u);
 }
 
 fn row_of(cell: u32) -> u32 {
@@ -125,22 +77,31 @@ fn add_particle(p: Particle) {
     add_to_cell(place.cell % BRICK_CELLS, contribution(ONE_PARTICLE, place.offset, p.velocity));
 }
 
-// Adds up the sums of all cells of a brick, with the ghosts at the end of its room; beside walls the particles are in memory already.
+// How many ghosts of squirmers the brick has.
+var<workgroup> ghost_count: u32;
+
+// Adds up the sums of all cells of a brick over its particles; ghosts follow.
 fn gather_brick(brick: u32, lane: u32) {
-    clear_sums(lane);
-    let count = particles_of_brick(brick, lane);
-    if !beside_wall(brick) {
-        for (var k = lane; k < count; k += BRICK_LANES) {
-            add_particle(particle_in_brick(brick * system.room + k));
-        }
+    clear_sums(lane, BRICK_LANES);
+    if lane == 0u {
+        ghost_count = placed(brick, atomicLoad(&brick_ghosts[brick]), atomicLoad(&brick_ghosts[partner_of(brick)]));
     }
-    add_ghosts(brick, lane);
+    let count = particles_of_brick(brick, lane);
+    for (var k = lane; k < count; k += BRICK_LANES) {
+        add_particle(particle_in_brick(slot_of(brick, k)));
+    }
+}
+
+// A ghost in the other set of bricks, which is free from when all have moved until they move again.
+fn ghost_in_brick(slot: u32) -> Particle {
+    let zu = bricks_zu_next[slot];
+    return Particle(vec3<u32>(bricks_xy_next[slot], zu.x), vec3<f32>(bitcast<f32>(zu.y), bricks_vw_next[slot]));
 }
 
 fn add_ghosts(brick: u32, lane: u32) {
-    let ghosts = ghosts_of_brick(brick, lane);
+    let ghosts = workgroupUniformLoad(&ghost_count);
     for (var k = lane; k < ghosts; k += BRICK_LANES) {
-        let g = particle_in_brick((brick + 1u) * system.room - 1u - k);
+        let g = ghost_in_brick(slot_of(brick, k));
         let place = locate(g.position, vec3<u32>(shift[0], shift[1], shift[2]));
         add_to_cell(place.cell % BRICK_CELLS, contribution(ONE_GHOST, place.offset, g.velocity));
     }
@@ -150,48 +111,9 @@ fn add_ghosts(brick: u32, lane: u32) {
     workgroupBarrier();
 }
 
-var<workgroup> ghost_count: u32;
-
-fn ghosts_of_brick(brick: u32, lane: u32) -> u32 {
-    if lane == 0u {
-        ghost_count = min(atomicLoad(&brick_ghosts[brick]), system.room);
-    }
-    return workgroupUniformLoad(&ghost_count);
-}
-
-fn sum_word(k: u32, cell: u32) -> u32 {
-    return atomicLoad(&brick_sums[k * BRICK_CELLS + cell]);
-}
-
-fn sum_words(k: u32, cell: u32) -> vec3<i32> {
-    return bitcast<vec3<i32>>(vec3<u32>(sum_word(k, cell), sum_word(k + 1u, cell), sum_word(k + 2u, cell)));
-}
-
 // The sums of one cell, once they are there.
 fn gathered(cell: u32) -> Sums {
-    let s = sums_of_workgroup(cell % BRICK_CELLS);
-    if beside_wall(cell / BRICK_CELLS) {
-        return sum_of(s, sums_at(cell));
-    }
-    return s;
-}
-
-fn sums_of_workgroup(c: u32) -> Sums {
-    var s: Sums;
-    s.count = sum_word(0u, c);
-    s.v = sum_words(1u, c);
-    s.energy = sum_word(4u, c);
-    s.coarse = sum_word(5u, c);
-    if !PLACES {
-        return s;
-    }
-    s.x = sum_words(6u, c);
-    s.diagonal = sum_words(9u, c);
-    s.mixed = sum_words(12u, c);
-    s.xv0 = sum_words(15u, c);
-    s.xv1 = sum_words(18u, c);
-    s.xv2 = sum_words(21u, c);
-    return s;
+    return sums_of_workgroup(cell % BRICK_CELLS);
 }
 
 @compute @workgroup_size(BRICK_LANES)
@@ -201,32 +123,8 @@ fn gather(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) grou
         return;
     }
     gather_brick(brick, lane);
+    add_ghosts(brick, lane);
     if lane < BRICK_CELLS {
         store_sums(brick * BRICK_CELLS + lane, gathered(brick * BRICK_CELLS + lane));
-    }
-}
-
-// The same without ghosts for the bricks beside walls: what wall ghosts need to know, and nobody adds up again.
-@compute @workgroup_size(BRICK_LANES)
-fn gather_walls(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
-    let n = bricks_per_axis();
-    let k = brick_of(group, groups);
-    let layer = k / (n.x * n.z);
-    let others = vec2<u32>(system.cells.y - 2u, system.cells.y - 1u) / 4u;
-    let y = select(select(others.y, others.x, layer == 1u), 0u, layer == 0u);
-    // Some may be the same.
-    let again = (layer == 1u && others.x == 0u) || (layer == 2u && (others.y == 0u || others.y == others.x));
-    if layer > 2u || again {
-        return;
-    }
-    let brick = (k / n.x % n.z * n.y + y) * n.x + k % n.x;
-    clear_sums(lane);
-    let count = particles_of_brick(brick, lane);
-    for (var k = lane; k < count; k += BRICK_LANES) {
-        add_particle(particle_in_brick(brick * system.room + k));
-    }
-    workgroupBarrier();
-    if lane < BRICK_CELLS {
-        store_sums(brick * BRICK_CELLS + lane, sums_of_workgroup(lane));
     }
 }

@@ -1,10 +1,9 @@
-// squirmer-fill where particles lie brick by brick: ghosts lie at the end of their brick's room until its sums have been made.
+// squirmer-fill where particles lie brick by brick: ghosts lie in the other set of bricks, which is free, until the sums have been made.
 //!include dispatch
 //!include ghosts
 //!include bricks
-//!include bricks-near
+//!include bricks-settle
 //!include contribution
-//!include fault
 
 @group(0) @binding(0) var<uniform> system: SystemUniform;
 @group(0) @binding(2) var<storage, read> species: array<SpeciesUniform>;
@@ -15,13 +14,15 @@
 @group(0) @binding(7) var<storage, read_write> bricks_zu: array<vec2<u32>>;
 @group(0) @binding(8) var<storage, read_write> bricks_vw: array<vec2<f32>>;
 @group(0) @binding(9) var<storage, read_write> brick_counts: array<atomic<u32>>;
+@group(0) @binding(14) var<storage, read_write> bricks_xy_next: array<vec2<u32>>;
+@group(0) @binding(15) var<storage, read_write> bricks_zu_next: array<vec2<u32>>;
+@group(0) @binding(16) var<storage, read_write> bricks_vw_next: array<vec2<f32>>;
+@group(0) @binding(17) var<storage, read_write> brick_counts_next: array<atomic<u32>>;
 @group(0) @binding(10) var<storage, read_write> brick_ghosts: array<atomic<u32>>;
 @group(0) @binding(11) var<storage, read_write> faults: array<atomic<u32>>;
 @group(0) @binding(12) var<storage, read> ghosts: array<vec4<f32>>;
 @group(0) @binding(13) var<storage, read> ghosts_yz: array<vec2<f32>>;
 var<immediate> now: Now;
-
-const NONE: u32 = 0xffffffffu;
 
 // The brick of a squirmer's ghost is one of 27 around its centre's, or FAR from it; whoever is not far asks for places together with others.
 fn ask_for_ghost_places(home: vec3<u32>, lane: u32) {
@@ -33,14 +34,6 @@ fn ask_for_ghost_places(home: vec3<u32>, lane: u32) {
         }
     }
     workgroupBarrier();
-}
-
-fn enter_ghost(brick: u32, place: u32, p: Particle, by: Witness) {
-    if place + atomicLoad(&brick_counts[brick]) >= system.room {
-        report(FAULT_ROOM, brick * BRICK_CELLS, by);
-        return;
-    }
-    store_in_brick((brick + 1u) * system.room - 1u - place, p);
 }
 
 @compute @workgroup_size(WORKGROUP)
@@ -55,7 +48,7 @@ fn enter(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) group
     let by = Witness(SITE_SQUIRMER_FILL, i, now.step_low);
     var p: Particle;
     var brick = 0u;
-    var number = NONE;
+    var number = NOBODY;
     var place = 0u;
     if whose.there {
         let g = ghost_at(invocation(group, groups, lane));
@@ -64,7 +57,7 @@ fn enter(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) group
         brick = brick_number(at);
         let fault = fault_of(square_of(p.velocity));
         if fault != 0u {
-            report(fault, ghost_place(i, g.s).cell, by);
+            report(fault, ghost_place(i, g.s, vec3<u32>(shift[0], shift[1], shift[2])).cell, by);
         } else {
             number = neighbour_number(home, at);
             if number == FAR {
@@ -75,11 +68,11 @@ fn enter(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) group
         }
     }
     ask_for_ghost_places(home, lane);
-    if number == NONE {
+    if number == NOBODY {
         return;
     }
     if number < FAR {
         place += places[number];
     }
-    enter_ghost(brick, place, p, by);
+    enter_brick(brick, place, p, by);
 }

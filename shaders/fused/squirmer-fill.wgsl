@@ -26,7 +26,7 @@ fn tally(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) group
         return;
     }
     let k = invocation(group, groups, lane);
-    join_chain(ghost_place(whose.squirmer, ghost_at(k).s).cell, k);
+    join_chain(ghost_place(whose.squirmer, ghost_at(k).s, vec3<u32>(shift[0], shift[1], shift[2])).cell, k);
 }
 
 // The sums over the ghosts in a cell's chain, which is left empty.
@@ -51,7 +51,8 @@ fn gather(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) grou
         if mine != 0u {
             let i = (mine - 1u) / system.ghost_stride;
             let g = ghost_at(mine - 1u);
-            s = with_one(s, ONE_GHOST, cell, ghost_place(i, g.s).offset, moving_ghost(i, g), Witness(SITE_SQUIRMER_FILL, i, now.step_low));
+            let place = ghost_place(i, g.s, vec3<u32>(shift[0], shift[1], shift[2]));
+            s = with_one(s, ONE_GHOST, cell, place.offset, moving_ghost(i, g), Witness(SITE_SQUIRMER_FILL, i, now.step_low));
         }
     }
     // Nobody empties the chain before all have read its end.

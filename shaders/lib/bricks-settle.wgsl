@@ -9,12 +9,13 @@
 const NOBODY: u32 = 0xffffffffu;
 const HELD: u32 = 0x80000000u;
 
+// In the room of the two of them; whether they meet there is seen by who works on either of them next.
 fn enter_brick(brick: u32, place: u32, p: Particle, by: Witness) {
     if place >= system.room {
         report(FAULT_ROOM, brick * BRICK_CELLS, by);
         return;
     }
-    let slot = brick * system.room + place;
+    let slot = slot_of(brick, place);
     bricks_xy_next[slot] = p.position.xy;
     bricks_zu_next[slot] = vec2<u32>(p.position.z, bitcast<u32>(p.velocity.x));
     bricks_vw_next[slot] = p.velocity.yz;
@@ -61,7 +62,7 @@ fn arrive(what: u32, p: Particle, place: vec3<u32>, i: u32, step: u32) {
         return;
     }
     if what >= HELD {
-        store_in_brick(brick_number(place) * system.room + (what & ~HELD), p);
+        store_in_brick(slot_of(brick_number(place), what & ~HELD), p);
         return;
     }
     let number = what % 32u;

@@ -1,5 +1,4 @@
-// Ghost particles inside squirmers. The including file binds `system`, `species`, `squirmers`, `ghosts`, `ghosts_yz`, `ghost_motion` and
-// `shift`.
+// Ghost particles inside squirmers. The including file binds `system`, `species`, `squirmers`, `ghosts`, `ghosts_yz` and `ghost_motion`.
 //!include cells
 //!include exact
 
@@ -35,6 +34,7 @@ fn moving_ghost(i: u32, g: Ghost) -> vec3<f32> {
     return linear + cross3(angular, g.s) + g.v;
 }
 
-fn ghost_place(i: u32, s: vec3<f32>) -> Place {
-    return locate(squirmers[i].position + to_units(s), vec3<u32>(shift[0], shift[1], shift[2]));
+// On the grid moved so far.
+fn ghost_place(i: u32, s: vec3<f32>, moved: vec3<u32>) -> Place {
+    return locate(squirmers[i].position + to_units(s), moved);
 }

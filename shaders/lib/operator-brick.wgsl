@@ -1,11 +1,11 @@
-// Operators of a brick's cells where one workgroup makes them and applies them. The including file has the words `brick_sums`: a cell's operator
+// Operators of a brick's cells where one workgroup makes them and applies them. The including file has the words `cell_sums`: a cell's operator
 // takes the place of its sums, which its own invocation has read by then. The less memory, the more workgroups are at work at a time.
 //!include operator
 
 fn keep_words(k: u32, c: u32, words: vec3<f32>) {
-    atomicStore(&brick_sums[k * BRICK_CELLS + c], bitcast<u32>(words.x));
-    atomicStore(&brick_sums[(k + 1u) * BRICK_CELLS + c], bitcast<u32>(words.y));
-    atomicStore(&brick_sums[(k + 2u) * BRICK_CELLS + c], bitcast<u32>(words.z));
+    atomicStore(&cell_sums[k * BRICK_CELLS + c], bitcast<u32>(words.x));
+    atomicStore(&cell_sums[(k + 1u) * BRICK_CELLS + c], bitcast<u32>(words.y));
+    atomicStore(&cell_sums[(k + 2u) * BRICK_CELLS + c], bitcast<u32>(words.z));
 }
 
 // `c` is the cell's number in its brick.
@@ -22,9 +22,9 @@ fn keep_operator(c: u32, o: Operator) {
 
 fn kept_words(k: u32, c: u32) -> vec3<f32> {
     return bitcast<vec3<f32>>(vec3<u32>(
-        atomicLoad(&brick_sums[k * BRICK_CELLS + c]),
-        atomicLoad(&brick_sums[(k + 1u) * BRICK_CELLS + c]),
-        atomicLoad(&brick_sums[(k + 2u) * BRICK_CELLS + c]),
+        atomicLoad(&cell_sums[k * BRICK_CELLS + c]),
+        atomicLoad(&cell_sums[(k + 1u) * BRICK_CELLS + c]),
+        atomicLoad(&cell_sums[(k + 2u) * BRICK_CELLS + c]),
     ));
 }
 

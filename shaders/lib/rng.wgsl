@@ -40,8 +40,13 @@ fn threefry(counter: vec4<u32>, key: vec4<u32>) -> vec4<u32> {
 
 // Four numbers uniform in (0, 1): the centres of 2^23 equal intervals, all exact in f32.
 fn uniforms(purpose: u32, owner: u32, index: u32, block: u32) -> vec4<f32> {
-    let key = vec4<u32>(system.seed_low, system.seed_high, purpose, now.step_high);
-    let words = threefry(vec4<u32>(now.step_low, owner, index, block), key) >> vec4<u32>(9u);
+    return uniforms_at(vec2<u32>(now.step_low, now.step_high), purpose, owner, index, block);
+}
+
+// Those of another step, by its low word and its high one.
+fn uniforms_at(step: vec2<u32>, purpose: u32, owner: u32, index: u32, block: u32) -> vec4<f32> {
+    let key = vec4<u32>(system.seed_low, system.seed_high, purpose, step.y);
+    let words = threefry(vec4<u32>(step.x, owner, index, block), key) >> vec4<u32>(9u);
     return (vec4<f32>(words) + 0.5) * 1.1920928955078125e-7;
 }
 

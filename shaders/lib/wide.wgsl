@@ -5,13 +5,6 @@ fn carry(old_low: u32, added: i32) -> u32 {
     return bitcast<u32>(added >> 31u) + select(0u, 1u, sum < old_low);
 }
 
-// A sum of i32 as (low, high), from the sums of their low halves, `value & 0xffff`, and of their high halves, `value >> 16`.
-fn wide_of_halves(low_halves: i32, high_halves: i32) -> vec2<u32> {
-    let low = bitcast<u32>(high_halves) << 16u;
-    let total = low + bitcast<u32>(low_halves);
-    return vec2<u32>(total, bitcast<u32>(high_halves >> 16u) + select(0u, 1u, total < low));
-}
-
 // A wide sum as f32, correctly rounded to within an ulp for either sign.
 fn wide_value(low: u32, high: u32) -> f32 {
     let negative = (high & 0x80000000u) != 0u;

@@ -15,12 +15,13 @@
 @group(0) @binding(4) var<storage, read> species: array<SpeciesUniform>;
 @group(0) @binding(5) var<storage, read_write> squirmers: array<SquirmerState>;
 @group(0) @binding(6) var<storage, read_write> squirmer_map: array<atomic<u32>>;
+@group(0) @binding(11) var<storage, read_write> squirmer_lists: array<u32>;
 @group(0) @binding(7) var<storage, read_write> impulses: array<atomic<u32>>;
 @group(0) @binding(8) var<storage, read_write> fluid_force: array<f32>;
 @group(0) @binding(9) var<storage, read_write> wall_impulses: array<atomic<u32>>;
 @group(0) @binding(10) var<storage, read_write> faults: array<atomic<u32>>;
 
-const MAP_WORDS: u32 = 8u;
+// Most squirmers that a cell lists.
 const MAP_SLOTS: u32 = 7u;
 // Particles leave a surface this much outside, relative to the semi-axes: more than f32 rounding, far less than a mean free path.
 const OUTSIDE: f32 = 1.00001;
@@ -28,7 +29,7 @@ const OUTSIDE: f32 = 1.00001;
 const WELL_OUTSIDE: f32 = 1.001;
 
 fn map_cleared(cell: u32) {
-    atomicStore(&squirmer_map[cell * MAP_WORDS], 0u);
+    atomicStore(&squirmer_map[cell], 0u);
 }
 
 @compute @workgroup_size(WORKGROUP)
@@ -64,7 +65,7 @@ fn touching(orientation: vec4<f32>, b: vec3<f32>, d: vec3<f32>) -> Touching {
 
 // No point of a cell is farther from its centre than this.
 const CORNER: f32 = 0.8661;
-// The first word of a cell of the map: how many squirmers are near in the lowest bits, and above them, where it is one, a plane that touches
+// The word of a cell of the map: how many squirmers are near in the lowest bits, and above them, where it is one, a plane that touches
 // it: three components of its normal and the distance of the cell's centre, 7 bits each.
 const COUNT_BITS: u32 = 4u;
 const COUNT_MASK: u32 = 15u;
@@ -76,7 +77,7 @@ fn distance_scale() -> f32 {
     return f32(PLANE_MASK) / (settings.margin + CORNER + 1.0);
 }
 
-// As the first word of a cell near one squirmer, `nearer` what this may have come nearer in the step.
+// As the word of a cell near one squirmer, `nearer` what this may have come nearer in the step.
 fn packed_plane(orientation: vec4<f32>, plane: Touching, nearer: f32) -> u32 {
     let n = vec3<u32>(vec3<i32>(round(turn(orientation, plane.normal) * 63.0)) + 64);
     // Rounded towards the squirmer.
@@ -87,7 +88,7 @@ fn packed_plane(orientation: vec4<f32>, plane: Touching, nearer: f32) -> u32 {
 // Above what rounding a normal's components to 1/63 makes of a distance half a cell's diagonal away, 0.0119.
 const ROUNDING: f32 = 0.0125;
 
-// How far a point in the cell of this first word, `x` from the centre, is at least from the one squirmer near, wherever that was during the
+// How far a point in the cell of this word, `x` from the centre, is at least from the one squirmer near, wherever that was during the
 // step.
 fn clearance(word: u32, x: vec3<f32>) -> f32 {
     let n = vec3<u32>(word >> COUNT_BITS, word >> (COUNT_BITS + PLANE_BITS), word >> (COUNT_BITS + 2u * PLANE_BITS)) & vec3<u32>(PLANE_MASK);
@@ -113,10 +114,9 @@ fn at_seam(d: vec3<f32>) -> bool {
 }
 
 fn mark(cell: u32, i: u32, plane: u32) {
-    let word = cell * MAP_WORDS;
-    let slot = atomicAdd(&squirmer_map[word], plane) & COUNT_MASK;
+    let slot = atomicAdd(&squirmer_map[cell], plane) & COUNT_MASK;
     if slot < MAP_SLOTS {
-        atomicStore(&squirmer_map[word + 1u + slot], i);
+        squirmer_lists[cell * MAP_SLOTS + slot] = i;
     } else {
         report(FAULT_CROWDED, cell, Witness(SITE_SQUIRMER_COLLIDE, i, UNKNOWN));
     }
@@ -177,7 +177,7 @@ fn cell_of(position: vec3<u32>) -> u32 {
 }
 
 fn neighbours(cell: u32) -> u32 {
-    return min(atomicLoad(&squirmer_map[cell * MAP_WORDS]) & COUNT_MASK, MAP_SLOTS);
+    return min(atomicLoad(&squirmer_map[cell]) & COUNT_MASK, MAP_SLOTS);
 }
 
 // The next thing that happens on a path.
@@ -238,7 +238,7 @@ fn earlier(before: Event, p: vec3<f32>, q: vec3<f32>, i: u32) -> Event {
 }
 
 fn listed(cell: u32, k: u32) -> u32 {
-    return atomicLoad(&squirmer_map[cell * MAP_WORDS + 1u + k]);
+    return squirmer_lists[cell * MAP_SLOTS + k];
 }
 
 // Whether a squirmer is among the first `count` that are listed in a cell.
@@ -334,7 +334,7 @@ fn may_bounce(flown: Particle) -> bool {
         return true;
     }
     let place = locate(flown.position, vec3<u32>(0u));
-    let word = atomicLoad(&squirmer_map[place.cell * MAP_WORDS]);
+    let word = atomicLoad(&squirmer_map[place.cell]);
     if (word & COUNT_MASK) == 1u {
         return clearance(word, place.offset) < reach;
     }

@@ -124,7 +124,7 @@ fn fill(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups
     }
     let i = whose.squirmer;
     let g = ghost_at(invocation(group, groups, lane));
-    let place = ghost_place(i, g.s);
+    let place = ghost_place(i, g.s, vec3<u32>(shift[0], shift[1], shift[2]));
     deposit(ONE_GHOST, place.cell, place.offset, moving_ghost(i, g), Witness(SITE_SQUIRMER_FILL, i, now.step_low));
 }
 
@@ -136,7 +136,7 @@ fn receive(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) gro
     let i = whose.squirmer;
     if whose.there {
         let g = ghost_at(invocation(group, groups, lane));
-        let place = ghost_place(i, g.s);
+        let place = ghost_place(i, g.s, vec3<u32>(shift[0], shift[1], shift[2]));
         let v = moving_ghost(i, g);
         let gain = collided(operator_at(place.cell), place.offset, v) - v;
         let by = Witness(SITE_SQUIRMER_FILL, i, now.step_low);

@@ -4,7 +4,7 @@ use super::BenchError;
 use super::cases::Measure;
 use super::report::{CopyRate, Measured, Memory, StageCost, Target};
 use super::statistics::Spread;
-use crate::buffers::{Extent, Fault, find};
+use crate::buffers::{Extent, Fault};
 use crate::gpu::{Form, Gpu, Session};
 use crate::graph::Plan;
 use crate::graph::traffic::{self, Work};
@@ -70,7 +70,7 @@ pub fn measure(
     let session = Session::formed(gpu, plan, &state, form)?;
     drop(state);
     let fused = form == Form::Fused;
-    let period = traffic::period(plan);
+    let period = traffic::period(plan, session.sizes());
     let mut subject = Subject { session, period, cpu: gpu.summary.kind == "CPU", fused, stop };
     let (batch, seconds) = subject.batches(effort)?;
     let stamped = subject.stages()?;
@@ -250,7 +250,12 @@ fn batch(steps: Option<u64>, affordable: f64, period: u64, cpu: bool) -> u64 {
         Some(steps) => (steps / BATCHES).clamp(1, most),
         None => ((affordable / BATCHES as f64) as u64).clamp(least, most),
     };
-    if fits > period { fits - fits % period } else { fits }
+    match period {
+        // After an odd number of steps particles are where they are looked for.
+        1 => (fits - 1) | 1,
+        _ if fits > period => fits - fits % period,
+        _ => fits,
+    }
 }
 
 /// What a reader should know of how it was measured.
@@ -288,9 +293,9 @@ fn stages(work: &[Work], stamped: &[(String, f64)], ns: f64, copy: &CopyRate) ->
 
 #[allow(clippy::cast_precision_loss)]
 fn memory(session: &Session) -> Memory {
+    let taken = crate::graph::memory(session.buffers().map(|(name, _)| name), session.sizes());
     let bytes_over = |extents: &[Extent]| -> u64 {
-        let there = |(name, _): &(&str, u64)| find(name).is_some_and(|b| extents.contains(&b.extent));
-        session.buffers().filter(there).map(|(_, bytes)| bytes).sum()
+        taken.iter().filter(|(b, _)| extents.contains(&b.extent)).map(|(_, bytes)| bytes).sum()
     };
     let particles = bytes_over(&[Extent::Particles, Extent::Links, Extent::Waiting, Extent::Rooms]);
     let cells = bytes_over(&[Extent::Cells, Extent::Bricks, Extent::Blocks, Extent::Scans]);
@@ -313,7 +318,8 @@ mod tests {
         assert_eq!(batch(Some(20), 0.0, 50, true), 4);
         assert_eq!(batch(Some(3), 0.0, 50, true), 1);
         assert_eq!(batch(Some(1000), 0.0, 50, false), 100);
-        assert_eq!(batch(None, 1e6, 1, false), 100);
+        assert_eq!(batch(None, 1e6, 1, false), 99);
+        assert_eq!((batch(Some(5), 0.0, 1, true), batch(Some(255), 0.0, 1, false)), (1, 51));
         assert_eq!(batch(None, 400.0, 50, false), 50);
         assert_eq!(batch(None, 60.0, 50, true), 12);
     }

@@ -28,7 +28,7 @@ pub struct Sizes {
     pub particles: u64,
     /// Collision cells.
     pub cells: u64,
-    /// Cells in the two layers at the walls; 0 without walls.
+    /// Cells in the two layers at the walls, filled up to whole tiles; 0 without walls.
     pub wall_cells: u64,
     /// Smallest patches of the two walls; 0 without walls.
     pub wall_patches: u64,
@@ -42,11 +42,9 @@ pub struct Sizes {
     pub box_edge: u64,
     /// Bins of the pair search; 0 where squirmers are few.
     pub bins: u64,
-    /// Cells in three layers of bricks across a slit, where particles lie brick by brick; else 0.
-    pub wall_brick_cells: u64,
     /// Particles that may wait for a kernel of their own: all, or 0 where none does.
     pub waiting: u64,
-    /// Particles that each brick has room for, where particles lie brick by brick; else 0.
+    /// Particles that two bricks have room for together, where particles lie brick by brick; else 0.
     pub room: u64,
     /// One kernel makes the sums and operators of a brick and moves its particles on.
     pub at_once: bool,
@@ -64,6 +62,7 @@ impl Sizes {
             Extent::One => 1,
             Extent::Particles => self.particles,
             Extent::Cells => self.cells,
+            Extent::Steps => super::STEPS_AHEAD + 1,
             Extent::WallCells => self.wall_cells,
             Extent::WallPatches => self.wall_patches,
             Extent::Squirmers => self.squirmers,
@@ -82,17 +81,16 @@ impl Sizes {
             }
             Extent::Waiting => self.waiting,
             Extent::Bricks => self.bricks(),
-            Extent::Rooms => self.bricks() * self.room,
-            Extent::WallBrickCells => self.wall_brick_cells,
+            Extent::Rooms => self.bricks() / 2 * self.room,
             Extent::Coarse => self.coarse,
             Extent::Samples => self.samples,
         }
     }
 
-    /// Bricks of 64 cells, where particles lie brick by brick; else 0.
+    /// Bricks of 64 cells, where particles lie brick by brick; else 0. The last may have nothing but a partner with which it shares a room.
     #[must_use]
     pub fn bricks(&self) -> u64 {
-        if self.room > 0 { self.cells.div_ceil(64) } else { 0 }
+        if self.room > 0 { self.cells.div_ceil(64).next_multiple_of(2) } else { 0 }
     }
 
     /// How the sums over cells are made with these elements.

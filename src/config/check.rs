@@ -2,7 +2,7 @@
 
 use super::list::Listed;
 use super::node::Node;
-use crate::buffers::find;
+use crate::buffers::{Extent, Sizes, find};
 use crate::diag::Diagnostic;
 use crate::graph::sizes::{contact_range, sizes};
 use crate::math::steric::SAFETY;
@@ -101,7 +101,7 @@ fn run(system: &System, root: &Node, found: &mut Vec<Diagnostic>) {
     // Elements of the longest arrays, in the words by which they are addressed.
     let cells = sizes(system).cells;
     let words = cells * find("moments").map_or(0, |b| b.words as u64);
-    let rooms = cells.div_ceil(64) * brick_room(system);
+    let rooms = Sizes { room: brick_room(system), ..sizes(system) }.count(Extent::Rooms);
     if system.particle_count() > u64::from(u32::MAX) {
         let message = format!("{} particles are more than a 32-bit index can tell apart", system.particle_count());
         found.push(size(message, "times the density"));

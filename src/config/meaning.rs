@@ -88,9 +88,11 @@ pub fn meaning(loaded: &Loaded) -> Meaning {
     let elements = graph::fused::sizes(plan, *particles, None);
     let bound = graph::fused::bound(plan, &elements).unwrap_or_default();
     let buffers = memory(bound.iter().map(String::as_str), &elements);
-    let carried = buffers.iter().filter(|(buffer, _)| buffer.life == Life::Persistent).map(|(_, bytes)| bytes);
+    let persistent = buffers.iter().filter(|(buffer, _)| buffer.life == Life::Persistent);
+    let carried = persistent.map(|(buffer, _)| elements.bytes(buffer));
     let checkpoint = if plan.checkpoints.enabled { CHECKPOINT_HEAD + carried.sum::<u64>() } else { 0 };
-    let mut memory: Vec<_> = buffers.into_iter().map(|(b, bytes)| (b.name, bytes)).collect();
+    let mut memory: Vec<_> =
+        buffers.into_iter().filter(|(_, bytes)| *bytes > 0).map(|(b, bytes)| (b.name, bytes)).collect();
     memory.extend(snapshots(plan, *particles));
     let flow_speed = match (&system.domain.walls, transport) {
         (Some(walls), Some(t)) if walls.condition == "no-slip" => {

@@ -4,6 +4,7 @@ use super::fused::Ordered;
 use super::session::{Form, Session};
 use super::{Gpu, GpuError};
 use crate::buffers::{Sizes, find};
+use crate::graph::fused::SHIFTS;
 use crate::graph::{self, Plan};
 use crate::shader::Module;
 use crate::state::packed;
@@ -39,7 +40,11 @@ impl Demand {
     /// Names of the buffers that the kernels bind and snapshots read.
     pub(super) fn used(&self) -> HashSet<String> {
         let bound = self.modules().flat_map(|m| m.entry_points().flat_map(|e| m.bindings(e)).map(|b| b.name.clone()));
-        bound.chain(graph::SHOWN.map(str::to_owned)).collect()
+        let mut used: HashSet<String> = bound.chain(graph::SHOWN.map(str::to_owned)).collect();
+        if used.contains("shifts") {
+            used.retain(|name| !SHIFTS.contains(&name.as_str()));
+        }
+        used
     }
 }
 

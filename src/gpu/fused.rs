@@ -1,10 +1,10 @@
 //! The fused plan on a GPU: see [`crate::graph::fused`] for the order of its kernels.
 
-use super::buffers::Buffers;
+use super::buffers::{Buffers, View};
 use super::kernel::{Kernel, compile, groups, settings};
 use super::{Gpu, GpuError};
-use crate::buffers::{Extent, Now, Sizes};
-use crate::graph::fused::{Item, Occasion, bricks, items, joint, sifted};
+use crate::buffers::{Extent, Now, STEPS_AHEAD, Sizes};
+use crate::graph::fused::{Item, Occasion, ahead, bricks, items, joint, sifted};
 use crate::graph::{Plan, beside, constants, in_turn, small};
 use crate::shader::{Lanes, Module, Over, settings_name};
 use crate::stages::Entry;
@@ -22,13 +22,16 @@ pub(super) struct Fused {
     every: Vec<u64>,
     made: Vec<Made>,
     orders: HashMap<(Occasion, u64), Vec<usize>>,
+    /// What is done beforehand for the steps to come.
+    ahead: Vec<usize>,
     /// Workgroups for particles that wait.
-    held_groups: Option<wgpu::Buffer>,
+    held_groups: Option<View>,
 }
 
 /// What the orders of a plan dispatch, each once, with the modules that they come from.
 pub(super) struct Ordered {
     orders: HashMap<(Occasion, u64), Vec<usize>>,
+    ahead: Vec<usize>,
     every: Vec<u64>,
     lanes: Lanes,
     pub(super) kernels: Vec<(Item, Module)>,
@@ -39,7 +42,12 @@ impl Ordered {
     pub(super) fn new(plan: &Plan, lanes: Lanes, sizes: &Sizes) -> Result<Self, GpuError> {
         let every: Vec<u64> = plan.stages.iter().map(|s| (s.entry.every)(&s.values)).collect();
         let occasional: u64 = every.iter().enumerate().map(|(i, n)| u64::from(*n > 1) << i).sum();
-        let mut ordered = Self { orders: HashMap::new(), every, lanes, kernels: Vec::new() };
+        let mut ordered = Self { orders: HashMap::new(), ahead: Vec::new(), every, lanes, kernels: Vec::new() };
+        for member in ahead(plan, sizes)? {
+            let stages = ordered.stages(plan, 0);
+            let kernel = ordered.enter(Item::Alone(member), &stages, sizes)?;
+            ordered.ahead.push(kernel);
+        }
         let mut running = 0;
         loop {
             for occasion in [Occasion::First, Occasion::Next, Occasion::Last] {
@@ -69,10 +77,10 @@ impl Ordered {
             return Ok(known);
         }
         let module = match &item {
-            Item::Joint(members) => joint(members, stages)?,
+            Item::Joint(members) => joint(members, stages, self.lanes)?,
             Item::Sifted(members) => sifted(members, Over::Sifted, stages)?,
             Item::Held(members) => sifted(members, Over::Held, stages)?,
-            Item::Bricks(members, route) => bricks(members, *route, stages)?,
+            Item::Bricks(members, route) => bricks(members, *route, stages, self.lanes)?,
             Item::Alone(m) => stages[m.stage].0.fused_module(&m.text(), item.lanes(self.lanes, sizes))?,
             Item::InTurn(members) => in_turn::module(members, stages)?,
             Item::Small(members) => small::module(members, stages, sizes)?,
@@ -118,11 +126,11 @@ impl Fused {
             made.push(Made { item, kernel, label });
         }
         let held_groups = buffers.get("held_groups").map(|parts| parts[0].clone());
-        if let Some(groups) = &held_groups {
+        if held_groups.is_some() {
             // Both lists are empty, and one workgroup deep.
-            gpu.queue.write_buffer(groups, 0, bytemuck::cast_slice(&[0u32, 1, 1, 0, 0, 1, 1, 0]));
+            buffers.write(gpu, "held_groups", 0, bytemuck::cast_slice(&[0u32, 1, 1, 0, 0, 1, 1, 0]));
         }
-        Ok(Self { every: ordered.every, made, orders: ordered.orders, held_groups })
+        Ok(Self { every: ordered.every, made, orders: ordered.orders, ahead: ordered.ahead, held_groups })
     }
 
     fn order(&self, occasion: Occasion, step: u64) -> &[usize] {
@@ -138,6 +146,9 @@ impl Fused {
         (occasion, step, since): (Occasion, u64, u64),
         stamp: &mut dyn FnMut(&mut wgpu::ComputePass<'_>),
     ) {
+        if occasion != Occasion::Last && since.is_multiple_of(STEPS_AHEAD) {
+            self.ahead.iter().for_each(|k| self.made[*k].kernel.dispatch(pass, Now::at(step, 0), (false, step)));
+        }
         stamp(pass);
         let mut side = since % 2 == 1;
         for k in self.order(occasion, step) {
@@ -148,8 +159,10 @@ impl Fused {
             let lists = matches!(made.item, Item::Sifted(_) | Item::Held(_));
             let now = Now::at(if member.late && !lists { step - 1 } else { step }, member.repetition);
             match (&made.item, &self.held_groups) {
-                (Item::Held(_), Some(groups)) => made.kernel.dispatch_as_told(pass, now, (groups, 16 * (step % 2))),
-                _ => made.kernel.dispatch(pass, now, side),
+                (Item::Held(_), Some(groups)) => {
+                    made.kernel.dispatch_as_told(pass, (now, step), (groups, 16 * (step % 2)));
+                }
+                _ => made.kernel.dispatch(pass, now, (side, step)),
             }
             side ^= made.item.turns();
             stamp(pass);

@@ -1,8 +1,9 @@
 //! Kernels: one entry point of a stage's module with its pipeline, its buffers and its size.
 
-use super::buffers::{Buffers, storage};
+use super::buffers::{Buffers, View, storage};
 use super::{Gpu, GpuError};
-use crate::buffers::{Extent, Now};
+use crate::buffers::{Extent, Now, STEPS_AHEAD};
+use crate::graph::fused::SHIFTS;
 use crate::graph::{Plan, PlannedStage};
 use crate::shader::{Binding, Module};
 
@@ -43,6 +44,8 @@ pub(super) struct Kernel {
     /// As it is, and where what comes next has changed places with what is.
     bind_groups: [wgpu::BindGroup; 2],
     groups: [u32; 2],
+    /// By how many steps the shifts that it binds are older than the step, in the order of its bindings.
+    shifts: Vec<u64>,
 }
 
 /// Workgroups along x and y for `count` invocations: at most 65,535 along either, and none missing.
@@ -59,7 +62,16 @@ fn other_side(name: &str) -> String {
     name.strip_suffix("_next").map_or_else(|| format!("{name}_next"), str::to_owned)
 }
 
-fn layout_entry(binding: &Binding) -> wgpu::BindGroupLayoutEntry {
+/// Where the shift that a binding asks for lies in `shifts`, if there is such: by how many steps it is older than the step.
+fn age(binding: &Binding, buffers: &Buffers) -> Option<u64> {
+    let found = SHIFTS.iter().position(|name| *name == binding.name).filter(|_| buffers.has("shifts"));
+    found.map(|age| age as u64)
+}
+
+/// Bytes from the shift of one step to that of the next, and of one.
+const SHIFT_BYTES: (u64, u64) = (256, 16);
+
+fn layout_entry(binding: &Binding, moving: bool) -> wgpu::BindGroupLayoutEntry {
     let ty = if binding.uniform {
         wgpu::BufferBindingType::Uniform
     } else {
@@ -68,7 +80,7 @@ fn layout_entry(binding: &Binding) -> wgpu::BindGroupLayoutEntry {
     wgpu::BindGroupLayoutEntry {
         binding: binding.binding,
         visibility: wgpu::ShaderStages::COMPUTE,
-        ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None },
+        ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset: moving, min_binding_size: None },
         count: None,
     }
 }
@@ -87,7 +99,7 @@ impl Kernel {
             constants.iter().copied().filter(|(name, _)| module.text.contains(&format!("override {name}:"))).collect();
         let bindings = module.bindings(entry_point);
         gpu.summary.can_bind(entry_point, bindings.iter().filter(|b| !b.uniform).count() as u64)?;
-        let entries: Vec<_> = bindings.iter().map(layout_entry).collect();
+        let entries: Vec<_> = bindings.iter().map(|b| layout_entry(b, age(b, buffers).is_some())).collect();
         let layout = gpu
             .device
             .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(entry_point), entries: &entries });
@@ -110,17 +122,23 @@ impl Kernel {
         let bind_group = |turned: bool| {
             let buffer = |b: &Binding| {
                 if b.name.starts_with("settings") {
-                    return settings(&b.name);
+                    return View::whole(settings(&b.name));
+                }
+                if age(b, buffers).is_some() {
+                    return buffers.of("shifts")[0].first(SHIFT_BYTES.1);
                 }
                 let other = other_side(&b.name);
                 let parts = buffers.get(&other).filter(|_| turned).unwrap_or_else(|| buffers.of(&b.name));
                 parts[b.part as usize].clone()
             };
-            let found: Vec<wgpu::Buffer> = bindings.iter().map(buffer).collect();
+            let found: Vec<View> = bindings.iter().map(buffer).collect();
             let bound: Vec<_> = bindings
                 .iter()
                 .zip(&found)
-                .map(|(b, buffer)| wgpu::BindGroupEntry { binding: b.binding, resource: buffer.as_entire_binding() })
+                .map(|(b, view)| wgpu::BindGroupEntry {
+                    binding: b.binding,
+                    resource: wgpu::BindingResource::Buffer(view.binding()),
+                })
                 .collect();
             gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
                 label: Some(entry_point),
@@ -130,19 +148,27 @@ impl Kernel {
         };
         let bind_groups = [bind_group(false), bind_group(true)];
         gpu.healthy()?;
-        Ok(Self { pipeline, bind_groups, groups })
+        let shifts = bindings.iter().filter_map(|b| age(b, buffers)).collect();
+        Ok(Self { pipeline, bind_groups, groups, shifts })
     }
 
-    /// Adds the kernel to a pass; `turned`: what comes next and what is have changed places.
-    pub(super) fn dispatch(&self, pass: &mut wgpu::ComputePass<'_>, now: Now, turned: bool) {
+    /// Adds the kernel to a pass in a step; `turned`: what comes next and what is have changed places.
+    pub(super) fn dispatch(&self, pass: &mut wgpu::ComputePass<'_>, now: Now, (turned, step): (bool, u64)) {
         let [x, y] = self.groups;
         if x == 0 || y == 0 {
             return;
         }
-        pass.set_pipeline(&self.pipeline);
-        pass.set_bind_group(0, &self.bind_groups[usize::from(turned)], &[]);
-        pass.set_immediates(0, bytemuck::bytes_of(&now));
+        self.set(pass, now, (turned, step));
         pass.dispatch_workgroups(x, y, 1);
+    }
+
+    #[allow(clippy::cast_possible_truncation)]
+    fn set(&self, pass: &mut wgpu::ComputePass<'_>, now: Now, (turned, step): (bool, u64)) {
+        let place = |age: &u64| (step.wrapping_sub(*age) % (STEPS_AHEAD + 1) * SHIFT_BYTES.0) as u32;
+        let places: Vec<u32> = self.shifts.iter().map(place).collect();
+        pass.set_pipeline(&self.pipeline);
+        pass.set_bind_group(0, &self.bind_groups[usize::from(turned)], &places);
+        pass.set_immediates(0, bytemuck::bytes_of(&now));
     }
 }
 
@@ -151,13 +177,12 @@ impl Kernel {
     pub(super) fn dispatch_as_told(
         &self,
         pass: &mut wgpu::ComputePass<'_>,
-        now: Now,
-        (groups, place): (&wgpu::Buffer, u64),
+        (now, step): (Now, u64),
+        (groups, place): (&View, u64),
     ) {
-        pass.set_pipeline(&self.pipeline);
-        pass.set_bind_group(0, &self.bind_groups[0], &[]);
-        pass.set_immediates(0, bytemuck::bytes_of(&now));
-        pass.dispatch_workgroups_indirect(groups, place);
+        self.set(pass, now, (false, step));
+        let (buffer, place) = groups.at(place);
+        pass.dispatch_workgroups_indirect(buffer, place);
     }
 }
 

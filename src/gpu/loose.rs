@@ -68,13 +68,13 @@ impl Loose {
         for stage in &self.stages {
             if step.is_multiple_of(stage.every) {
                 for repetition in 0..stage.repetitions {
-                    stage.place.iter().for_each(|k| k.dispatch(pass, Now::at(step, repetition), false));
+                    stage.place.iter().for_each(|k| k.dispatch(pass, Now::at(step, repetition), (false, step)));
                 }
             }
             stamp(pass);
             if stage.kind == APPLY {
                 for owner in &self.stages {
-                    owner.receive.iter().for_each(|k| k.dispatch(pass, Now::at(step, 0), false));
+                    owner.receive.iter().for_each(|k| k.dispatch(pass, Now::at(step, 0), (false, step)));
                     stamp(pass);
                 }
             }
@@ -96,7 +96,7 @@ impl Loose {
         for stage in self.stages.iter().filter(|s| s.kind == kind) {
             for repetition in 0..if receive { 1 } else { stage.repetitions } {
                 let kernels = if receive { &stage.receive } else { &stage.place };
-                kernels.iter().for_each(|k| k.dispatch(pass, Now::at(step, repetition), false));
+                kernels.iter().for_each(|k| k.dispatch(pass, Now::at(step, repetition), (false, step)));
             }
         }
     }

@@ -175,7 +175,7 @@ impl Measurement {
             scale: total_scale(&session.system),
             pad: 0,
         };
-        let own: Vec<&Buffer> = ["totals", "fields", "samples"].iter().filter_map(|n| find(n)).collect();
+        let own: Vec<&'static Buffer> = ["totals", "fields", "samples"].iter().filter_map(|n| find(n)).collect();
         let gpu = &session.gpu;
         let mut buffers = Buffers::create(gpu, &sizes, 0, own.into_iter())?;
         buffers.share(&session.buffers);
@@ -240,7 +240,7 @@ impl Measurement {
         {
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
             for kernel in &self.kernels {
-                kernel.dispatch(&mut pass, Now::default(), false);
+                kernel.dispatch(&mut pass, Now::default(), (false, 0));
             }
         }
         let used = self.ring.lock().ok().and_then(|mut ring| ring.pop());
@@ -249,8 +249,8 @@ impl Measurement {
         let mut parts = Vec::new();
         for name in self.names() {
             for source in self.buffers.of(name) {
-                encoder.copy_buffer_to_buffer(source, 0, &target, offset, source.size());
-                offset += source.size();
+                source.copy(&mut encoder, (&target, offset));
+                offset += source.bytes();
             }
             parts.push((name, usize::try_from(self.buffers.bytes(name)).expect("staging fits in memory")));
         }

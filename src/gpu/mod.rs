@@ -6,6 +6,7 @@ mod copy;
 mod demand;
 mod fused;
 pub mod kernel;
+mod layout;
 mod loose;
 pub mod measure;
 mod neighbours;

@@ -246,13 +246,13 @@ sum    take (after apply)  r ·
 
     #[test]
     fn the_fused_table_names_what_shares_a_kernel() {
-        let kinds = ["stream", "shift-grid", "cell-reduce", "rotate", "apply"];
+        let kinds = ["squirmer-move", "stream", "shift-grid", "cell-reduce", "rotate", "apply"];
         let stages: Vec<_> = kinds.map(|k| (crate::stages::find(k).expect("a stage"), 1, true)).to_vec();
-        let sizes = Sizes { particles: 1000, cells: 100, ..Sizes::default() };
+        let sizes = Sizes { particles: 1000, cells: 100, squirmers: 2, ..Sizes::default() };
         let items = super::super::fused::items(&stages, super::super::fused::Occasion::Next, &sizes).expect("valid");
         let text = fused(&items, &stages, &sizes);
         assert!(text.contains("apply apply + stream stream + cell-reduce tally "), "{text}");
-        assert!(text.contains("one workgroup:\n  shift-grid keep_shift "), "{text}");
+        assert!(text.contains("one workgroup:\n  squirmer-move drift_first "), "{text}");
         let line = text.lines().find(|l| l.starts_with("cell-reduce gather + rotate rotate")).expect("they share one");
         // Particles 24, links 4, chains read and written 0.8, the operator 6.4, and the shift; no moments, which stay in registers.
         assert!(line.contains(" 35.2") && !line.contains("moments"), "{line}");

@@ -9,10 +9,11 @@ mod item;
 
 pub use item::{Item, Member};
 
+use self::item::ROW;
 use super::kernels::{APPLY, Use, reflected};
 use super::{Plan, beside, in_turn, small};
 use crate::buffers::{Extent, Gathering, Sizes, find};
-use crate::shader::{Module, Over, Part, Route, ShaderError, fuse};
+use crate::shader::{Lanes, Module, Over, Part, Route, ShaderError, fuse};
 use crate::stages::{Entry, Phase};
 use crate::state::packed;
 
@@ -31,10 +32,7 @@ pub fn sizes(plan: &Plan, particles: u64, gathering: Option<Gathering>) -> Sizes
     if gathering.unwrap_or(Gathering::on_gpu(sizes.cells)) == Gathering::Chains {
         return waiting_in(plan, sizes);
     }
-    let cells = plan.system.domain.cells();
-    let layer: u64 = [cells[0], cells[2]].iter().map(|n| u64::from(n.div_ceil(4))).product();
-    let wall_brick_cells = if sizes.wall_cells > 0 { 3 * 64 * layer } else { 0 };
-    let bricks = Sizes { room: packed::brick_room(&plan.system), wall_brick_cells, ..sizes };
+    let bricks = Sizes { room: packed::brick_room(&plan.system), ..sizes };
     if fit_for_bricks(plan, &bricks) {
         let at_once = at_once::possible(&[stages(plan, true), stages(plan, false)], &bricks);
         Sizes { at_once, ..bricks }
@@ -56,7 +54,8 @@ fn waiting_in(plan: &Plan, sizes: Sizes) -> Sizes {
 }
 
 /// Whether every step has one kernel over particles, which brings them to their bricks or moves them on: the first ends with the sums
-/// over cells, the last is the collision.
+/// over cells, the last is the collision. Sums stay in the workgroup that makes them, and nobody else may look for particles in their row: there is
+/// none in between.
 fn fit_for_bricks(plan: &Plan, sizes: &Sizes) -> bool {
     let applies = |m: &&Member| plan.stages[m.stage].entry.kind == APPLY;
     let fit = |item: &Item| match item {
@@ -66,13 +65,20 @@ fn fit_for_bricks(plan: &Plan, sizes: &Sizes) -> bool {
             let found = (members.iter().filter(applies).count(), tallies);
             Some(found == ((*route != Route::Enter).into(), *route != Route::Leave))
         }
-        _ => None,
+        other => {
+            let mut uses = other.members().iter().flat_map(|m| &m.uses);
+            uses.any(|u| ROW.contains(&u.buffer.as_str())).then_some(false)
+        }
     };
     [true, false].into_iter().all(|all| {
         [Occasion::First, Occasion::Next, Occasion::Last].into_iter().all(|occasion| {
+            let stages = stages(plan, all);
             // What is wrong with them is said when they are to be used.
-            items(&stages(plan, all), occasion, sizes)
-                .map_or(true, |items| items.iter().filter_map(fit).collect::<Vec<_>>() == [true])
+            items(&stages, occasion, sizes).map_or(true, |items| {
+                let sums = |m: &Member| m.uses.iter().any(|u| u.buffer == "moments");
+                let lost = items.iter().any(|i| !i.keeps("moments") && i.members().iter().any(sums));
+                !lost && items.iter().filter_map(fit).collect::<Vec<_>>() == [true]
+            })
         })
     })
 }
@@ -93,14 +99,36 @@ pub fn bound(plan: &Plan, sizes: &Sizes) -> Result<Vec<String>, ShaderError> {
         for occasion in [Occasion::First, Occasion::Next, Occasion::Last] {
             for item in items(&stages(plan, all), occasion, sizes)? {
                 let own = item.uses();
-                // Operators that stay in the workgroup are not in memory.
-                let kept = matches!(&item, Item::Bricks(members, _) if members[0].makes_sums());
-                let bound = item.members().iter().flat_map(|m| &m.uses).filter(|u| !kept || u.buffer != "operators");
+                let bound = item.members().iter().flat_map(|m| &m.uses).filter(|u| !item.keeps(&u.buffer));
                 names.extend(bound.chain(&own).map(|u| u.buffer.clone()));
             }
         }
     }
+    for m in ahead(plan, sizes)? {
+        names.extend(m.uses.into_iter().map(|u| u.buffer));
+    }
+    if names.iter().any(|name| name == "shifts") {
+        names.retain(|name| !SHIFTS.contains(&name.as_str()));
+    }
     Ok(names)
+}
+
+/// What kernels are given as the shift of their step and of the one before: places in `shifts`.
+pub const SHIFTS: [&str; 2] = ["shift", "shift_before"];
+
+/// Kernels that do something beforehand for the steps to come.
+///
+/// # Errors
+/// If the WGSL of a stage is not valid.
+pub fn ahead(plan: &Plan, sizes: &Sizes) -> Result<Vec<Member>, ShaderError> {
+    let mut list = Vec::new();
+    for (stage, planned) in plan.stages.iter().enumerate() {
+        let Some(fused) = planned.entry.otherwise(sizes.gathering()) else { continue };
+        for phase in fused.ahead {
+            list.push(member(planned.entry, stage, (*phase, fused.wgsl), (false, 0))?);
+        }
+    }
+    Ok(list)
 }
 
 /// Which part of a run an order is for.
@@ -126,6 +154,11 @@ pub fn items(stages: &[Staged], occasion: Occasion, sizes: &Sizes) -> Result<Vec
         true => at_once::items(stages, occasion, sizes)?.expect("it was found to be possible"),
         false => parted(stages, occasion, sizes)?,
     };
+    let items = match sizes.gathering() {
+        // The ghosts behind walls go beside what takes longer than that.
+        Gathering::Bricks => in_turn::joined(items, sizes),
+        Gathering::Chains => items,
+    };
     Ok(small::joined(in_turn::joined(beside::joined(items, sizes), sizes), sizes))
 }
 
@@ -134,14 +167,6 @@ fn parted(stages: &[Staged], occasion: Occasion, sizes: &Sizes) -> Result<Vec<It
     let apply = stages.iter().position(|(entry, ..)| entry.kind == APPLY).unwrap_or(stages.len());
     let mut list = Vec::new();
     let gathering = sizes.gathering();
-    if occasion == Occasion::Next {
-        for (stage, (entry, ..)) in stages.iter().enumerate() {
-            let Some(fused) = entry.otherwise(gathering) else { continue };
-            for phase in fused.preface {
-                list.push(member(entry, stage, (*phase, fused.wgsl), (false, 0))?);
-            }
-        }
-    }
     if occasion != Occasion::First && apply < stages.len() {
         let late = occasion == Occasion::Next;
         push(&mut list, stages, (apply, gathering), late)?;
@@ -163,7 +188,7 @@ fn parted(stages: &[Staged], occasion: Occasion, sizes: &Sizes) -> Result<Vec<It
         member.rare = member.rare.filter(|r| waits && sizes.count(r.of) > 0);
     }
     if gathering == Gathering::Bricks {
-        gather_last(&mut list);
+        gather_last(&mut list, stages);
     }
     let route = (gathering == Gathering::Bricks).then_some(match occasion {
         Occasion::First => Route::Enter,
@@ -174,11 +199,13 @@ fn parted(stages: &[Staged], occasion: Occasion, sizes: &Sizes) -> Result<Vec<It
 }
 
 /// Bricks add up their sums, ghosts included, where these are used: right before the first operators are made.
-fn gather_last(list: &mut Vec<Member>) {
+fn gather_last(list: &mut Vec<Member>, stages: &[Staged]) {
     let Some(from) = list.iter().position(|m| m.phase.entry == GATHER) else { return };
-    let gather = list.remove(from);
-    let to = list[from..].iter().position(|m| m.writes("operators")).map_or(list.len(), |k| from + k);
-    list.insert(to, gather);
+    let (gathering, mut rest): (Vec<Member>, Vec<Member>) =
+        list.drain(from..).partition(|m| m.phase.entry == GATHER || part(m, stages).between());
+    let to = rest.iter().position(|m| m.writes("operators")).unwrap_or(rest.len());
+    rest.splice(to..to, gathering);
+    list.append(&mut rest);
 }
 
 /// What is aside of the collision goes as far to the end as its buffers allow: there it may join those who need its cells.
@@ -224,18 +251,23 @@ fn member(
     (late, repetition): (bool, u32),
 ) -> Result<Member, ShaderError> {
     let (mut uses, now) = reflected(entry, wgsl, phase.entry)?;
-    // What is written to come next is read under its other name.
+    // What those who move write to come next is read under its other name.
     let next = |u: &Use| {
         let name = u.buffer.strip_suffix("_next").filter(|name| u.write && find(name).is_some())?;
         Some(Use::whole(name, false, true))
     };
-    let turned: Vec<Use> = uses.iter().filter_map(next).collect();
+    let moves = phase.over == Extent::Particles;
+    let turned: Vec<Use> = uses.iter().filter(|_| moves).filter_map(next).collect();
     uses.extend(turned);
     let (shared, own) = (entry.shared.contains(&phase.entry), entry.own.contains(&phase.entry));
-    let member =
-        Member { stage, phase, wgsl, shared, own, rare: entry.rarely(phase.entry), late, repetition, uses, now };
-    // By the time that it is applied the grid has been moved.
-    Ok(if late && entry.kind == APPLY { member.after_the_shift() } else { member })
+    let rare = entry.rarely(phase.entry);
+    let mut member = Member { stage, phase, wgsl, shared, own, rare, late, repetition, uses, now };
+    if given(entry, &member).between() {
+        // Where the kernel has them.
+        member.uses.push(Use::whole("moments", true, true));
+    }
+    // By then the grid has been moved.
+    Ok(if late { member.after_the_shift() } else { member })
 }
 
 /// What a step only ever adds to, in any order.
@@ -306,7 +338,10 @@ fn in_a_row(members: Vec<Member>) -> [Item; 2] {
 }
 
 fn part(m: &Member, stages: &[(&'static Entry, u32, bool)]) -> Part<'static> {
-    let entry = stages[m.stage].0;
+    given(stages[m.stage].0, m)
+}
+
+fn given(entry: &'static Entry, m: &Member) -> Part<'static> {
     Part {
         kind: entry.kind,
         wgsl: m.wgsl,
@@ -322,14 +357,14 @@ fn part(m: &Member, stages: &[(&'static Entry, u32, bool)]) -> Part<'static> {
 /// # Errors
 /// If their functions do not fit together as WGSL.
 pub fn sifted(members: &[Member], over: Over, stages: &[(&'static Entry, u32, bool)]) -> Result<Module, ShaderError> {
-    fuse(&members.iter().map(|m| part(m, stages)).collect::<Vec<_>>(), over)
+    fuse(&members.iter().map(|m| part(m, stages)).collect::<Vec<_>>(), over, Lanes::One)
 }
 
 /// The kernel of members that move particles brick by brick.
 ///
 /// # Errors
 /// If their functions do not fit together as WGSL.
-pub fn bricks(members: &[Member], route: Route, stages: &[(&'static Entry, u32, bool)]) -> Result<Module, ShaderError> {
+pub fn bricks(members: &[Member], route: Route, stages: &[Staged], lanes: Lanes) -> Result<Module, ShaderError> {
     let mut parts: Vec<Part<'_>> = members.iter().map(|m| part(m, stages)).collect();
     if route == Route::Leave {
         // It declares what bricks are.
@@ -352,19 +387,20 @@ pub fn bricks(members: &[Member], route: Route, stages: &[(&'static Entry, u32, 
     };
     let received: Result<Vec<bool>, _> = stages.iter().map(receives).collect();
     let kept = cells > 0 && received?.contains(&true);
-    fuse(&parts, Over::Bricks { route, cells, kept })
+    fuse(&parts, Over::Bricks { route, cells, kept }, lanes)
 }
 
 /// The kernel of joint members.
 ///
 /// # Errors
 /// If their functions do not fit together as WGSL.
-pub fn joint(members: &[Member], stages: &[(&'static Entry, u32, bool)]) -> Result<Module, ShaderError> {
+pub fn joint(members: &[Member], stages: &[Staged], lanes: Lanes) -> Result<Module, ShaderError> {
     let parts: Vec<Part<'_>> = members.iter().map(|m| part(m, stages)).collect();
     let operators = |m: &Member| m.uses.iter().any(|u| u.buffer == "operators" && u.read);
     let bricked = members[0].makes_sums() && members[0].uses.iter().any(|u| u.buffer == "bricks_xy");
     let over = if bricked {
-        Over::BrickCells { operators: operators(&members[1]) }
+        let first = members[1..].iter().zip(&parts[1..]).find(|(_, part)| !part.between());
+        Over::BrickCells { operators: first.is_some_and(|(m, _)| operators(m)) }
     } else if members[0].phase.over == Extent::Particles {
         Over::Particles
     } else {
@@ -372,5 +408,5 @@ pub fn joint(members: &[Member], stages: &[(&'static Entry, u32, bool)]) -> Resu
         let first = &members[usize::from(sums)];
         Over::Cells { sums, operators: operators(first) }
     };
-    fuse(&parts, over)
+    fuse(&parts, over, lanes)
 }

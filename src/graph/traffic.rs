@@ -3,7 +3,7 @@
 use super::Plan;
 use super::fused::{self, Item};
 use super::kernels::{APPLY, Use, uses};
-use crate::buffers::{Extent, Life, Sizes, find};
+use crate::buffers::{Extent, Life, OVERLAYS, Sizes, find};
 use crate::shader::ShaderError;
 use crate::stages::Phase;
 
@@ -28,6 +28,7 @@ pub fn moved(used: &Use, over: Extent, sizes: &Sizes) -> f64 {
     let whole = match buffer.extent {
         // Of particles or of ghosts.
         Extent::Links if over == Extent::SquirmerGhosts => sizes.count(over),
+        Extent::Rooms if OVERLAYS[1].hosts.contains(&buffer.name) && !used.write => sizes.count(Extent::SquirmerGhosts),
         Extent::Links | Extent::Rooms => sizes.particles,
         // They are few, and count as nothing but the particles moved.
         Extent::Waiting => 0,
@@ -50,10 +51,14 @@ pub fn of_item(item: &Item, sizes: &Sizes) -> f64 {
     }
 }
 
-/// Every how many steps the stages of a plan run that do not run in each; the longest of these times.
+/// Every how many steps the stages of a plan run that do not run in each; the longest of these times. Where particles lie brick by brick some of
+/// them have nothing to do.
 #[must_use]
-pub fn period(plan: &Plan) -> u64 {
-    plan.stages.iter().map(|s| (s.entry.every)(&s.values)).max().unwrap_or(1).max(1)
+pub fn period(plan: &Plan, sizes: &Sizes) -> u64 {
+    let works = |s: &&super::PlannedStage| {
+        s.entry.phases.iter().any(|p| !s.entry.fused_phases(*p, sizes.gathering()).is_empty())
+    };
+    plan.stages.iter().filter(works).map(|s| (s.entry.every)(&s.values)).max().unwrap_or(1).max(1)
 }
 
 /// The work of an average step of the loose plan, stage by stage.
@@ -85,7 +90,7 @@ pub fn loose(plan: &Plan, sizes: &Sizes) -> Result<Vec<Work>, ShaderError> {
 #[allow(clippy::cast_precision_loss)]
 pub fn fused(plan: &Plan, sizes: &Sizes) -> Result<Vec<Work>, ShaderError> {
     let mut work = Vec::new();
-    let rare = 1.0 / period(plan) as f64;
+    let rare = 1.0 / period(plan, sizes) as f64;
     for (all, weight) in [(false, 1.0 - rare), (true, rare)] {
         let stages = fused::stages(plan, all);
         for item in fused::items(&stages, fused::Occasion::Next, sizes)? {
@@ -120,5 +125,9 @@ mod tests {
         assert_eq!(bytes("moments", true, true, Extent::WallCells), 2.0 * 20.0 * 96.0 / 1000.0);
         assert_eq!(bytes("places", true, false, Extent::Scans), 0.4);
         assert_eq!(bytes("system", true, false, Extent::Cells), 0.0);
+        // Of the bricks that come next the sums read the ghosts there, and those who move write everybody.
+        let sizes = Sizes { squirmers: 2, ghost_stride: 64, room: 100, ..sizes };
+        let bytes = |read, write| moved(&used("bricks_xy_next", read, write), Extent::Cells, &sizes);
+        assert_eq!((bytes(true, false), bytes(false, true)), (1.024, 8.0));
     }
 }

@@ -1,7 +1,8 @@
 //! One kernel from the functions of several stages: each element is read once, goes through all of them, and is written once.
 
+use super::lanes::Lanes;
 use super::reflect::{Module, ShaderError};
-use crate::buffers::Extent;
+use crate::buffers::{Extent, OVERLAYS};
 use std::fmt::Write as _;
 
 /// An entry point that does much for a few particles and little for the others. The fused plan gives the few a kernel of their own: on a GPU
@@ -39,7 +40,27 @@ impl Part<'_> {
     /// Its function `(cell: u32)` does something else for a cell than to change the operator.
     #[must_use]
     pub fn aside(&self) -> bool {
-        self.wgsl.contains(&format!("fn {}(cell: u32) {{", self.function))
+        self.has("(cell: u32)")
+    }
+
+    /// Its function `(brick: u32, lane: u32)` is the work of a brick's whole workgroup, between the sums over particles and their use.
+    fn brickwise(&self) -> bool {
+        self.has("(brick: u32, lane: u32)")
+    }
+
+    /// Its function adds to the sums of a cell.
+    fn adds(&self) -> bool {
+        self.has("(cell: u32, s: Sums) -> Sums")
+    }
+
+    /// It comes between the sums over the particles of cells and their use.
+    #[must_use]
+    pub fn between(&self) -> bool {
+        self.brickwise() || self.adds()
+    }
+
+    fn has(&self, signature: &str) -> bool {
+        self.wgsl.contains(&format!("fn {}{signature} {{", self.function))
     }
 }
 
@@ -61,7 +82,8 @@ pub enum Over {
         /// Somebody needs the operators of cells at walls afterwards.
         kept: bool,
     },
-    /// Cells of bricks: as cells, after a first function that makes the sums of one once `gather_brick` has made those of the brick.
+    /// Cells of bricks: as cells, after a first function that hands out the sums of one once those of the brick are there. Before it come functions
+    /// `(brick, lane)`, after it functions `(cell, Sums) -> Sums`.
     BrickCells {
         /// The operators in memory matter.
         operators: bool,
@@ -91,36 +113,6 @@ pub enum Route {
     Leave,
 }
 
-/// How many invocations share the work for one cell, and whether they know of the others of their subgroup.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
-pub enum Lanes {
-    /// One: what suits a CPU.
-    #[default]
-    One,
-    /// Four neighbours of a subgroup: more loads under way at a time, which suits a GPU.
-    Four,
-}
-
-impl Lanes {
-    /// Their number.
-    #[must_use]
-    pub fn count(self) -> u64 {
-        match self {
-            Self::One => 1,
-            Self::Four => 4,
-        }
-    }
-
-    /// WGSL that includes `lanes` for one invocation, for this many.
-    #[must_use]
-    pub fn chosen(self, wgsl: &str) -> String {
-        match self {
-            Self::One => wgsl.to_owned(),
-            Self::Four => wgsl.replace("//!include lanes\n", "//!include lanes-four\n"),
-        }
-    }
-}
-
 /// The entry point of a fused module.
 pub const ENTRY: &str = "fused";
 
@@ -130,11 +122,11 @@ pub fn settings_name(kind: &str) -> String {
     format!("settings_{}", kind.replace('-', "_"))
 }
 
-/// Composes the fused module.
+/// Composes the fused module; what shares its work among invocations has so many.
 ///
 /// # Errors
 /// If the parts do not fit together as WGSL, for instance since two of them have functions of one name.
-pub fn fuse(parts: &[Part<'_>], over: Over) -> Result<Module, ShaderError> {
+pub fn fuse(parts: &[Part<'_>], over: Over, lanes: Lanes) -> Result<Module, ShaderError> {
     let mut includes = vec!["dispatch".to_owned()];
     let (mut bindings, mut bodies, mut declarations) = (Vec::new(), String::new(), String::new());
     includes.extend(match over {
@@ -148,7 +140,11 @@ pub fn fuse(parts: &[Part<'_>], over: Over) -> Result<Module, ShaderError> {
             vec!["particles-store".to_owned(), "held".to_owned()]
         }
         Over::Bricks { route, cells, kept } => {
-            let row = if route == Route::Leave { "particles-store" } else { "particles" };
+            let row = if route == Route::Leave { "particles-leave" } else { "particles" };
+            if route == Route::Leave {
+                let types = OVERLAYS[1].guests.into_iter().zip(["array<vec4<u32>>", "array<vec2<f32>>"]);
+                bindings.extend(types.map(|(name, ty)| Bound::storage(name, "read_write", ty)));
+            }
             let made = [(cells > 0).then_some("operator-brick"), kept.then_some("operator-store")];
             [row].into_iter().chain(made.into_iter().flatten()).map(str::to_owned).collect()
         }
@@ -187,7 +183,7 @@ pub fn fuse(parts: &[Part<'_>], over: Over) -> Result<Module, ShaderError> {
     text.push_str(&bodies);
     text.push_str(&entry(parts, over));
     let kinds: Vec<&str> = parts.iter().map(|p| p.kind).collect();
-    Module::new(&kinds.join(" + "), &text, &declarations)
+    Module::new(&kinds.join(" + "), &lanes.chosen(&text), &declarations)
 }
 
 /// WGSL of a stage that comes when the grid has been moved: the shift that it asks for is the one before.
@@ -203,14 +199,16 @@ pub(super) struct Bound {
     ty: String,
 }
 
+impl Bound {
+    fn storage(name: &str, access: &str, ty: &str) -> Self {
+        Self { name: name.to_owned(), space: format!("storage, {access}"), ty: ty.to_owned() }
+    }
+}
+
 /// The list of particles that wait; what tells how many workgroups they need cannot be written meanwhile.
 fn held_bindings(written: bool) -> [Bound; 2] {
     let (space, groups) = if written { ("read_write", "array<atomic<u32>>") } else { ("read", "array<u32>") };
-    [("held", "array<u32>"), ("held_groups", groups)].map(|(name, ty)| Bound {
-        name: name.to_owned(),
-        space: format!("storage, {space}"),
-        ty: ty.to_owned(),
-    })
+    [("held", "array<u32>"), ("held_groups", groups)].map(|(name, ty)| Bound::storage(name, space, ty))
 }
 
 /// Declarations of these variables.
@@ -305,17 +303,23 @@ fn for_each(most: usize, lanes: &str, line: &str) -> String {
     (0..most).map(one).collect::<Vec<_>>().join(" ")
 }
 
+/// What the whole workgroup of a brick does between the sums over particles and their use.
+fn in_between(parts: &[Part<'_>]) -> String {
+    let own = parts.iter().filter(|part| part.brickwise());
+    own.map(|part| format!("{}(index, lane);", part.function)).collect::<Vec<_>>().join(" ")
+}
+
 /// The operators of a brick's cells, made and kept in the workgroup; those of cells at walls in memory, too, if the walls receive something.
 /// The particles, or the last of them if there are many, stay at hand.
 fn made_and_kept(parts: &[Part<'_>], kept: bool) -> Vec<String> {
     let head = [
         for_each(PER_LANE, "BRICK_LANES", "var p#: Particle;"),
-        "let added = select(count, 0u, beside_wall(index));".to_owned(),
         format!("for (var base = 0u; base < count; base += {PER_LANE}u * BRICK_LANES) {{"),
         for_each(PER_LANE, "BRICK_LANES", "p# = fetched(index, NTH, count);"),
-        for_each(PER_LANE, "BRICK_LANES", "if NTH < added { add_particle(p#); }"),
+        for_each(PER_LANE, "BRICK_LANES", "if NTH < count { add_particle(p#); }"),
         "}".to_owned(),
-        "add_ghosts(index, lane);".to_owned(),
+        in_between(parts),
+        "workgroupBarrier();".to_owned(),
         "if lane < BRICK_CELLS {".to_owned(),
         "let i = index * BRICK_CELLS + lane;".to_owned(),
     ];
@@ -330,7 +334,7 @@ fn each_brick((made, kept): (&[Part<'_>], bool), parts: &[Part<'_>], route: Rout
     let head = [
         "if index * BRICK_CELLS >= system.cell_count { return; }",
         if route == Route::Leave { "" } else { "clear_going(lane);" },
-        if made.is_empty() { "" } else { "clear_sums(lane);" },
+        if made.is_empty() { "" } else { "clear_sums(lane, BRICK_LANES);" },
         "let count = particles_of_brick(index, lane);",
     ];
     let mut lines: Vec<String> = head.map(str::to_owned).to_vec();
@@ -341,9 +345,9 @@ fn each_brick((made, kept): (&[Part<'_>], bool), parts: &[Part<'_>], route: Rout
         lines.extend([
             "let first = place_in_row(count, lane);".to_owned(),
             "for (var k = lane; k < count; k += BRICK_LANES) {".to_owned(),
-            "    let i = index * system.room + k;".to_owned(),
+            "    let i = slot_of(index, k);".to_owned(),
             format!("    var p = particle_in_brick(i); {}", moves(parts)),
-            "    store_particle(first + k, p);".to_owned(),
+            "    leave_for_row(first + k, p);".to_owned(),
             "}".to_owned(),
             "if lane == 0u { atomicStore(&brick_counts[index], 0u); }".to_owned(),
         ]);
@@ -370,7 +374,7 @@ fn each_brick((made, kept): (&[Part<'_>], bool), parts: &[Part<'_>], route: Rout
         ),
         _ => (moves(parts), "p# = p; what# = leave(p, place);"),
     };
-    let one = "if NTH < count { let i = index * system.room + NTH; var p = p#; var q: Particle;";
+    let one = "if NTH < count { let i = slot_of(index, NTH); var p = p#; var q: Particle;";
     lines.extend([
         "let place = brick_place(index);".to_owned(),
         format!("for (var base = 0u; base < count; base += {most}u * {lanes}) {{"),
@@ -378,7 +382,7 @@ fn each_brick((made, kept): (&[Part<'_>], bool), parts: &[Part<'_>], route: Rout
         each("var what# = NOBODY;"),
         each(&format!("{one} {calls} {what} }}")),
         "ask_for_places(place, lane);".to_owned(),
-        each(&format!("arrive(what#, p#, place, index * system.room + NTH, {step});")),
+        each(&format!("arrive(what#, p#, place, slot_of(index, NTH), {step});")),
         "}".to_owned(),
     ]);
     let left = if route == Route::Sift { "atomicLoad(&held_back)" } else { "0u" };
@@ -390,6 +394,8 @@ fn each_brick_cell(parts: &[Part<'_>], operators: bool) -> Vec<String> {
     let head = [
         "if index * BRICK_CELLS >= system.cell_count { return; }",
         "gather_brick(index, lane);",
+        &in_between(parts),
+        "add_ghosts(index, lane);",
         "if lane >= BRICK_CELLS { return; }",
         "let i = index * BRICK_CELLS + lane;",
     ];
@@ -472,7 +478,10 @@ fn collision(parts: &[Part<'_>], sums: bool, operators: bool) -> Vec<String> {
 /// From the sums of cell `i` to its operator `o`.
 fn operator(parts: &[Part<'_>], sums: bool, operators: bool) -> Vec<String> {
     let mut lines = vec![if sums {
-        format!("let m = moments_of({}(i));", parts[0].function)
+        let adding = parts.iter().filter(|part| part.adds());
+        let all =
+            adding.fold(format!("{}(i)", parts[0].function), |sums, part| format!("{}(i, {sums})", part.function));
+        format!("let m = moments_of({all});")
     } else {
         "let m = moments_at(i);".to_owned()
     }];
@@ -481,6 +490,6 @@ fn operator(parts: &[Part<'_>], sums: bool, operators: bool) -> Vec<String> {
         true => format!("{}(i);", part.function),
         false => format!("o = {}(i, m, o);", part.function),
     };
-    lines.extend(parts[usize::from(sums)..].iter().map(call));
+    lines.extend(parts[usize::from(sums)..].iter().filter(|part| !part.between()).map(call));
     lines
 }

@@ -4,6 +4,7 @@ pub mod beside;
 pub mod compose;
 pub mod fuse;
 pub mod in_turn;
+pub mod lanes;
 pub mod members;
 pub mod reflect;
 pub mod shared;
@@ -12,8 +13,9 @@ pub mod split;
 
 pub use beside::{Side, compatible, side_by_side, usual};
 pub use compose::compose;
-pub use fuse::{ENTRY, Lanes, Over, Part, Rare, Route, after_the_shift, fuse, settings_name};
+pub use fuse::{ENTRY, Over, Part, Rare, Route, after_the_shift, fuse, settings_name};
 pub use in_turn::in_turn;
+pub use lanes::Lanes;
 pub use members::Members;
 pub use reflect::{Access, Binding, Module, ShaderError};
 pub use shared::Shared;

@@ -258,13 +258,35 @@ impl<'a> Turns<'a> {
     }
 }
 
-/// Grows the batch towards [`BATCH`]; waiting for the GPU tells how long the last one took.
+/// Grows the batch towards [`BATCH`]; waiting for the GPU tells how long the last one took. Batches are odd: after an even number of steps
+/// particles that lie brick by brick have to be copied to where they are looked for.
 fn next_batch(batch: u64, (steps, waited): (u64, Duration)) -> u64 {
     if waited > 2 * BATCH && steps > 1 {
-        (batch / 2).max(1)
+        (batch / 2) | 1
     } else if waited < BATCH / 2 && steps == batch {
-        (batch * 2).min(MOST)
+        (batch * 2 + 1).min(MOST)
     } else {
         batch
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn batches_are_odd() {
+        let (mut batch, mut seen) = (1, Vec::new());
+        for _ in 0..7 {
+            batch = next_batch(batch, (batch, Duration::ZERO));
+            seen.push(batch);
+        }
+        assert_eq!(seen, [3, 7, 15, 31, MOST, MOST, MOST]);
+        for expected in [17, 9, 5, 3, 1, 1] {
+            batch = next_batch(batch, (batch, 3 * BATCH));
+            assert_eq!(batch, expected);
+        }
+        // What was due cut one short: that says nothing.
+        assert_eq!(next_batch(7, (2, Duration::ZERO)), 7);
     }
 }

@@ -27,7 +27,7 @@ impl Stage for CellReduce {
         &[Phase { entry: "clear", over: Extent::Cells }, Phase { entry: "reduce", over: Extent::Particles }];
     const FUSED: Option<Fused> = Some(Fused {
         wgsl: include_str!("../../shaders/fused/cell-reduce.wgsl"),
-        preface: &[],
+        ahead: &[],
         instead: &[
             ("clear", &[]),
             (
@@ -38,16 +38,12 @@ impl Stage for CellReduce {
     });
     const BRICKED: Option<Fused> = Some(Fused {
         wgsl: include_str!("../../shaders/fused/cell-reduce-bricked.wgsl"),
-        preface: &[],
+        ahead: &[],
         instead: &[
             ("clear", &[]),
             (
                 "reduce",
-                &[
-                    Phase { entry: "tally", over: Extent::Particles },
-                    Phase { entry: "gather_walls", over: Extent::WallBrickCells },
-                    Phase { entry: "gather", over: Extent::Cells },
-                ],
+                &[Phase { entry: "tally", over: Extent::Particles }, Phase { entry: "gather", over: Extent::Cells }],
             ),
         ],
     });

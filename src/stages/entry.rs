@@ -20,8 +20,8 @@ pub struct Phase {
 pub struct Fused {
     /// Text of a file in `shaders/fused`.
     pub wgsl: &'static str,
-    /// Kernels at the beginning of a step that applies the collision of the step before.
-    pub preface: &'static [Phase],
+    /// Kernels that do beforehand what does not depend on the state, for as many steps as [`crate::buffers::STEPS_AHEAD`] at a time.
+    pub ahead: &'static [Phase],
     /// Entry points of [`Stage::WGSL`], each with the kernels that run instead of it, with the same result; all others run as they are.
     pub instead: &'static [(&'static str, &'static [Phase])],
 }

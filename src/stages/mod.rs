@@ -64,9 +64,9 @@ mod tests {
             let mut points: Vec<&str> = Vec::new();
             for gathering in [Gathering::Chains, Gathering::Bricks] {
                 let other = entry.otherwise(gathering);
-                let preface = other.iter().flat_map(|f| f.preface.iter().map(|p| (*p, f.wgsl)));
+                let ahead = other.iter().flat_map(|f| f.ahead.iter().map(|p| (*p, f.wgsl)));
                 let phases: Vec<(Phase, &str)> =
-                    own.clone().flat_map(|p| entry.fused_phases(*p, gathering)).chain(preface).collect();
+                    own.clone().flat_map(|p| entry.fused_phases(*p, gathering)).chain(ahead).collect();
                 for lanes in [Lanes::One, Lanes::Four] {
                     for (phase, wgsl) in &phases {
                         let module = entry.fused_module(wgsl, lanes).unwrap_or_else(|e| panic!("{e}"));

@@ -28,8 +28,8 @@ impl Stage for ShiftGrid {
     const PHASES: &'static [Phase] = &[Phase { entry: "shift_grid", over: Extent::One }];
     const FUSED: Option<Fused> = Some(Fused {
         wgsl: include_str!("../../shaders/fused/shift-grid.wgsl"),
-        preface: &[Phase { entry: "keep_shift", over: Extent::One }],
-        instead: &[],
+        ahead: &[Phase { entry: "shift_ahead", over: Extent::Steps }],
+        instead: &[("shift_grid", &[])],
     });
     type Params = Self;
     type Uniform = ShiftGridSettings;

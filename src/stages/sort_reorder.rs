@@ -37,7 +37,7 @@ impl Stage for SortReorder {
     /// Particles that lie brick by brick are sorted enough.
     const BRICKED: Option<Fused> = Some(Fused {
         wgsl: Self::WGSL,
-        preface: &[],
+        ahead: &[],
         instead: &[
             ("clear_places", &[]),
             ("count", &[]),

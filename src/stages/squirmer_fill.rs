@@ -50,7 +50,7 @@ impl Stage for SquirmerFill {
         &[Phase { entry: "receive", over: Extent::SquirmerGhosts }, Phase { entry: "absorb", over: Extent::Squirmers }];
     const FUSED: Option<Fused> = Some(Fused {
         wgsl: include_str!("../../shaders/fused/squirmer-fill.wgsl"),
-        preface: &[],
+        ahead: &[],
         instead: &[(
             "fill",
             &[Phase { entry: "tally", over: Extent::SquirmerGhosts }, Phase { entry: "gather", over: Extent::Cells }],
@@ -58,7 +58,7 @@ impl Stage for SquirmerFill {
     });
     const BRICKED: Option<Fused> = Some(Fused {
         wgsl: include_str!("../../shaders/fused/squirmer-fill-bricked.wgsl"),
-        preface: &[],
+        ahead: &[],
         instead: &[("fill", &[Phase { entry: "enter", over: Extent::SquirmerGhosts }])],
     });
     const SHARED: &'static [&'static str] = &["gather"];

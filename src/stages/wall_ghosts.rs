@@ -2,12 +2,12 @@
 //! (Lamura, Gompper, Ihle, Kroll, Europhys. Lett. 56, 319, 2001).
 
 use super::stream::wall_velocity;
-use super::{Finding, Gravity, Phase, Stage};
+use super::{Finding, Fused, Gravity, Phase, Stage};
 use crate::buffers::{Extent, SMALLEST_PATCH};
-use crate::math::draws::{arrivals, normals};
+use crate::math::draws::{normals, poisson};
 use crate::math::rng::{Draw, Purpose};
 use crate::state::System;
-use crate::state::scene::{Scene, WallShear};
+use crate::state::scene::{Scene, WallGhost, WallShear};
 use crate::{params, shared};
 use glam::DVec3;
 
@@ -30,8 +30,8 @@ params! {
         /// With velocity = "continued": edge of the square patches of the wall over which the shear is averaged; those at the
         /// end may be smaller.
         pub patch: u32 = 8u32; "a", Integer { min: SMALLEST, max: 16384 };
-        /// With velocity = "continued": time over which the shear is averaged, weights falling off exponentially; 0 takes
-        /// the present step alone.
+        /// With velocity = "continued": time over which the shear of the steps before is averaged, weights falling off exponentially;
+        /// 0 takes the last of them alone.
         pub memory: f64 = 2.0; "tau", Float { min: 0.0, max: 1e6 };
     }
 }
@@ -57,14 +57,27 @@ shared! {
 impl Stage for WallGhosts {
     const KIND: &'static str = "wall-ghosts";
     const WGSL: &'static str = include_str!("../../shaders/stages/wall-ghosts.wgsl");
-    const PHASES: &'static [Phase] = &[
-        Phase { entry: "observe", over: Extent::WallCells },
-        Phase { entry: "average", over: Extent::WallPatches },
-        Phase { entry: "fill", over: Extent::WallCells },
-    ];
+    const PHASES: &'static [Phase] =
+        &[Phase { entry: "observe", over: Extent::WallCells }, Phase { entry: "fill", over: Extent::WallCells }];
     const RECEIVE: &'static [Phase] = &[Phase { entry: "receive", over: Extent::WallCells }];
-    const SHARED: &'static [&'static str] = &["fill", "receive"];
+    const BRICKED: Option<Fused> = Some(Fused {
+        wgsl: include_str!("../../shaders/fused/wall-ghosts-bricked.wgsl"),
+        ahead: &[],
+        instead: &[
+            ("observe", &[Phase { entry: "observe_bricks", over: Extent::Cells }]),
+            (
+                "fill",
+                &[
+                    Phase { entry: "draw_behind", over: Extent::WallCells },
+                    Phase { entry: "fill_cells", over: Extent::Cells },
+                ],
+            ),
+        ],
+    });
+    const EACH: &'static [(&'static str, &'static str)] =
+        &[("observe_bricks", "observe_brick"), ("fill_cells", "filled")];
     const AFTER: &'static [&'static str] = &["cell-reduce"];
+    const SHARED: &'static [&'static str] = &["fill"];
     type Params = Self;
     type Uniform = WallGhostsSettings;
 
@@ -99,15 +112,17 @@ impl Stage for WallGhosts {
 
     fn reference(params: &Self, system: &System, scene: &mut Scene) {
         if params.velocity == "continued" {
-            observe(params, system, scene);
+            average(params, system, scene);
+            scene.wall_seen = seen(params, system, scene);
         }
-        for ghost in ghosts(params, system, scene) {
+        scene.wall_ghosts = ghosts(params, system, scene);
+        for ghost in &scene.wall_ghosts {
             scene.moments[ghost.cell].add_ghost(ghost.offset, ghost.velocity);
         }
     }
 
-    fn reference_receive(params: &Self, system: &System, scene: &mut Scene) {
-        for ghost in ghosts(params, system, scene) {
+    fn reference_receive(_: &Self, _: &System, scene: &mut Scene) {
+        for ghost in &scene.wall_ghosts {
             let after = scene.operators[ghost.cell].apply(ghost.offset, ghost.velocity);
             scene.wall_impulses[ghost.wall] += after - ghost.velocity;
         }
@@ -158,11 +173,9 @@ fn fresh(params: &WallGhosts, system: &System) -> f64 {
     -(-system.run.dt / params.memory).exp_m1()
 }
 
-/// The shear beside each patch: a straight line through the wall's velocity at the wall, fitted by least squares to the particles
-/// of the two layers of cells next to it, sum y (v - u_w) / sum y^2. Both sums are averaged over the past from zero on, so that
-/// their ratio is that of the steps seen so far.
-fn observe(params: &WallGhosts, system: &System, scene: &mut Scene) {
-    let Some(walls) = &system.domain.walls else { return };
+/// sum y (v - u_w), tangential, and sum y^2 over the particles of the two layers of cells next to each patch.
+fn seen(params: &WallGhosts, system: &System, scene: &Scene) -> Vec<(DVec3, f64)> {
+    let Some(walls) = &system.domain.walls else { return Vec::new() };
     let patches = Patches::of(params, system);
     let ny = system.domain.cells()[1];
     let height = f64::from(system.domain.size[1]);
@@ -179,9 +192,19 @@ fn observe(params: &WallGhosts, system: &System, scene: &mut Scene) {
             }
         }
     }
+    seen
+}
+
+/// The shear that the fluid beside each patch has had: a straight line through the wall's velocity at the wall, fitted by least
+/// squares to the particles of the two layers of cells next to it, sum y (v - u_w) / sum y^2. Both sums are averaged over the past from zero
+/// on, so that their ratio is that of the steps seen so far.
+fn average(params: &WallGhosts, system: &System, scene: &mut Scene) {
+    let patches = Patches::of(params, system);
     scene.wall_shear.resize(patches.count(), WallShear::default());
+    scene.wall_seen.resize(patches.count(), (DVec3::ZERO, 0.0));
     let fresh = fresh(params, system);
-    for ((patch, (moment, weight)), columns) in scene.wall_shear.iter_mut().zip(seen).zip(patches.columns()) {
+    let patches = scene.wall_shear.iter_mut().zip(&scene.wall_seen).zip(patches.columns());
+    for ((patch, &(moment, weight)), columns) in patches {
         patch.moment += fresh * (moment - patch.moment);
         patch.weight += fresh * (weight - patch.weight);
         let weight = patch.weight.max(FULL_ENOUGH * system.fluid.density * columns);
@@ -189,19 +212,9 @@ fn observe(params: &WallGhosts, system: &System, scene: &mut Scene) {
     }
 }
 
-/// One virtual particle.
-struct Ghost {
-    /// 0 low, 1 high.
-    wall: usize,
-    cell: usize,
-    /// From the cell's centre.
-    offset: DVec3,
-    velocity: DVec3,
-}
-
-/// The ghosts of this step: the same whenever they are asked for within the step. On the grid moved by s the lowest layer
+/// The ghosts of this step. On the grid moved by s the lowest layer
 /// of cells lies in the wall up to the height s of the cell, the highest layer from there on.
-fn ghosts(params: &WallGhosts, system: &System, scene: &Scene) -> Vec<Ghost> {
+fn ghosts(params: &WallGhosts, system: &System, scene: &Scene) -> Vec<WallGhost> {
     let Some(walls) = &system.domain.walls else { return Vec::new() };
     let draw = Draw::new(system.run.seed, Purpose::WallGhost, scene.state.step);
     let patches = Patches::of(params, system);
@@ -213,11 +226,12 @@ fn ghosts(params: &WallGhosts, system: &System, scene: &Scene) -> Vec<Ghost> {
             let continued = params.velocity == "continued";
             let shear = if continued { scene.wall_shear[patches.index(wall, x, z)].shear } else { DVec3::ZERO };
             let owner = system.domain.cell_index([x, layer, z]);
-            for (i, u) in arrivals(draw, owner, system.fluid.density * (to - from)) {
-                let place = DVec3::new(u[1], from + u[3] * (to - from), u[2]);
+            for i in 0..poisson(draw, owner, system.fluid.density * (to - from)) {
+                let u = draw.uniforms(owner, i, 0);
+                let place = DVec3::new(u[0], from + u[1] * (to - from), u[2]);
                 let thermal = system.fluid.temperature.sqrt() * normals(draw.uniforms(owner, i, 1));
                 let mean = wall_velocity(walls, wall) - shear * (place.y - plane).abs();
-                ghosts.push(Ghost { wall, cell: owner as usize, offset: place - 0.5, velocity: mean + thermal });
+                ghosts.push(WallGhost { wall, cell: owner as usize, offset: place - 0.5, velocity: mean + thermal });
             }
         }
     }

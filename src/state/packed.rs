@@ -1,7 +1,7 @@
 //! Between the host's f64 state and the words that the GPU's buffers hold.
 
 use super::{Domain, Particle, Squirmer, State, System};
-use crate::buffers::{SMALLEST_PATCH, Sizes, SpeciesUniform, SquirmerState, SystemUniform};
+use crate::buffers::{SMALLEST_PATCH, Sizes, SpeciesUniform, SquirmerState, SystemUniform, WALL_TILE};
 use crate::math::fixed::Scales;
 use glam::{DQuat, DVec3};
 
@@ -173,7 +173,7 @@ pub fn sizes(system: &System, particles: u64) -> Sizes {
     Sizes {
         particles,
         cells: system.domain.cell_count(),
-        wall_cells: if walled { 2 * u64::from(cells[0]) * u64::from(cells[2]) } else { 0 },
+        wall_cells: if walled { 2 * wall_tiles(cells) * u64::from(WALL_TILE).pow(2) } else { 0 },
         wall_patches: if walled { smallest_patches(cells) } else { 0 },
         squirmers: u64::from(system.squirmer_count()),
         species: system.species.len() as u64,
@@ -181,12 +181,16 @@ pub fn sizes(system: &System, particles: u64) -> Sizes {
         box_edge: u64::from(box_edge(system)),
         bins: bins(system).iter().map(|n| u64::from(*n)).product(),
         waiting: 0,
-        wall_brick_cells: 0,
         room: 0,
         at_once: false,
         coarse: 0,
         samples: 0,
     }
+}
+
+/// Tiles of one wall, for a grid of these cells; those at the end may reach beyond it.
+fn wall_tiles(cells: [u32; 3]) -> u64 {
+    [cells[0], cells[2]].iter().map(|n| u64::from(n.div_ceil(WALL_TILE))).product()
 }
 
 /// Smallest patches of both walls, for a grid of these cells; those at the end may be cut.
@@ -290,37 +294,37 @@ pub fn system_uniform(system: &System, given: &Sizes) -> SystemUniform {
     }
 }
 
-/// Particles that a brick of 64 cells has room for: eight standard deviations more than the mean of a fluid at rest.
+/// Particles that two bricks of 64 cells have room for: eight standard deviations more than the mean of a fluid at rest.
 #[must_use]
-#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
 pub fn brick_room(system: &System) -> u64 {
-    with_reserve(64.0 * system.fluid.density)
+    with_reserve(128.0 * system.fluid.density)
 }
 
 /// The same for particles at these positions, in coordinate units: more where a crowd of them is more than chance would gather.
 #[must_use]
-#[allow(clippy::cast_precision_loss)]
 pub fn brick_room_for(system: &System, positions: impl Iterator<Item = [u32; 3]>) -> u64 {
-    let mean = 64.0 * system.fluid.density;
+    let mean = 128.0 * system.fluid.density;
     let most = f64::from(largest_crowd(&system.domain, positions));
-    // Of 10^7 bricks the fullest has 5.3 standard deviations more than the mean.
-    if most > mean + 6.5 * mean.sqrt() { with_reserve(most) } else { brick_room(system) }
+    // Of 10^8 pairs the fullest has 5.9 standard deviations more than the mean.
+    if most > mean + 7.0 * mean.sqrt() { with_reserve(most) } else { brick_room(system) }
 }
 
 #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
 fn with_reserve(count: f64) -> u64 {
-    ((count + 8.0 * count.sqrt()).ceil() as u64 + 16).next_multiple_of(32)
+    ((count + 8.0 * count.sqrt()).ceil() as u64 + 16).next_multiple_of(16)
 }
 
-/// Particles in the fullest 4 x 4 x 4 cells of the grid, wherever they begin.
+/// Particles in the fullest two bricks that share a room, wherever the grid begins.
 fn largest_crowd(domain: &Domain, positions: impl Iterator<Item = [u32; 3]>) -> u32 {
-    let [nx, ny, nz] = domain.cells().map(|n| n as usize);
+    let lengths = domain.cells().map(|n| n as usize);
+    let [nx, ny, nz] = lengths;
     let period = domain.period().map(u64::from);
     let mut counts = vec![0u32; nx * ny * nz];
     for p in positions {
         let cell: [usize; 3] = std::array::from_fn(|k| ((u64::from(p[k]) * period[k]) >> 32) as usize);
         counts[(cell[2] * ny + cell[1].min(ny - 1)) * nx + cell[0]] += 1;
     }
+    // Those of the 4 x 4 x 4 cells that begin at each.
     for (length, stride) in [(nx, 1), (ny, nx), (nz, nx * ny)] {
         let before = counts.clone();
         for (i, count) in counts.iter_mut().enumerate() {
@@ -329,7 +333,26 @@ fn largest_crowd(domain: &Domain, positions: impl Iterator<Item = [u32; 3]>) -> 
             *count = (0..length.min(4)).map(|k| before[first + (at + k) % length * stride]).sum();
         }
     }
-    counts.into_iter().max().unwrap_or(0)
+    let other = |i: usize, step: &[usize; 3]| {
+        let [x, y, z] = [(i % nx, 0), (i / nx % ny, 1), (i / (nx * ny), 2)].map(|(at, k)| (at + step[k]) % lengths[k]);
+        counts[(z * ny + y) * nx + x]
+    };
+    let steps = to_partners(lengths);
+    let pairs = (0..counts.len()).flat_map(|i| steps.iter().map(move |step| (i, step)));
+    pairs.map(|(i, step)| counts[i] + other(i, step)).max().unwrap_or(0)
+}
+
+/// Cells from a brick to the one with which it shares a room, around the box: from an even number to the next, which may be in the next row, or
+/// in the next layer of rows.
+fn to_partners(lengths: [usize; 3]) -> Vec<[usize; 3]> {
+    let [x, y, _] = lengths.map(|n| n.div_ceil(4));
+    // Back to the first, which is that far ahead.
+    let [back, up, _] = lengths.map(|n| n - 4 * (n.div_ceil(4) - 1));
+    let odd = |n: usize| n % 2 == 1;
+    [(x > 1, [4, 0, 0]), (odd(x) && y > 1, [back, 4, 0]), (odd(x) && odd(y), [back, up, 4])]
+        .into_iter()
+        .filter_map(|(there, step)| there.then_some(step))
+        .collect()
 }
 
 /// The state in the words that the GPU holds.

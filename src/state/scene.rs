@@ -107,6 +107,19 @@ pub struct WallShear {
     pub shear: DVec3,
 }
 
+/// A virtual particle behind a wall.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WallGhost {
+    /// 0 low, 1 high.
+    pub wall: usize,
+    /// Its cell.
+    pub cell: usize,
+    /// From the cell's centre.
+    pub offset: DVec3,
+    /// Before the collision.
+    pub velocity: DVec3,
+}
+
 /// Everything a step has computed so far.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Scene {
@@ -128,6 +141,10 @@ pub struct Scene {
     pub ghost_motion: Vec<(DVec3, DVec3)>,
     /// Momentum handed to the walls at y = 0 and y = L since the start.
     pub wall_impulses: [DVec3; 2],
+    /// Behind both walls in the current step.
+    pub wall_ghosts: Vec<WallGhost>,
+    /// Per patch of the walls: sum y (v - u_w) and sum y^2 of the fluid beside it in the last step that the stage has seen.
+    pub wall_seen: Vec<(DVec3, f64)>,
     /// Per patch of the walls, x fastest, then z, then the wall: carried from step to step.
     pub wall_shear: Vec<WallShear>,
 }

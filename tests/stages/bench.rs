@@ -97,7 +97,9 @@ impl Bench {
             self.scene.ghost_motion = self.ghost_motion();
         }
         if self.binds("wall_shear") {
-            self.scene.wall_shear = self.wall_shear();
+            let before = self.scene.state.step.wrapping_sub(1);
+            self.scene.wall_shear = self.wall_shear(before);
+            self.scene.wall_seen = self.wall_seen(before);
         }
         self.scene.loads = self.loads();
     }
@@ -178,14 +180,30 @@ impl Bench {
         self.floats("ghost_motion").chunks_exact(8).take(count).map(motion).collect()
     }
 
-    /// Of every patch that the buffer has room for.
-    pub fn wall_shear(&self) -> Vec<WallShear> {
-        let patch = |w: &[f64]| WallShear {
-            moment: DVec3::new(w[0], 0.0, w[1]),
-            weight: w[2],
-            shear: DVec3::new(w[3], 0.0, w[4]),
+    /// Of every patch that the buffer has room for: the averages that a step left; the shear that follows from them is in no buffer.
+    pub fn wall_shear(&self, step: u64) -> Vec<WallShear> {
+        let of_step = |w: &[f64]| w[3 * (step % 2) as usize..][..3].to_vec();
+        let patch = |w: Vec<f64>| WallShear { moment: DVec3::new(w[0], 0.0, w[1]), weight: w[2], shear: DVec3::ZERO };
+        self.floats("wall_shear").chunks_exact(6).map(of_step).map(patch).collect()
+    }
+
+    /// The same sums of one step.
+    pub fn wall_seen(&self, step: u64) -> Vec<(DVec3, f64)> {
+        let fluid = &self.system().fluid;
+        let scales = Scales::new(fluid.density, fluid.temperature);
+        let wide = |w: &[u32]| (i64::from(w[1] as i32) << 32 | i64::from(w[0])) as f64;
+        let patch = |w: &[u32]| {
+            let w = &w[6 * (step % 2) as usize..][..6];
+            let moment = DVec3::new(wide(w), 0.0, wide(&w[2..])) * 64.0 / scales.mixed;
+            (moment, wide(&w[4..]) * 32.0 / scales.second)
         };
-        self.floats("wall_shear").chunks_exact(5).map(patch).collect()
+        self.words("wall_sums").chunks_exact(12).map(patch).collect()
+    }
+
+    /// Goes on at the next step.
+    pub fn next_step(&mut self) {
+        self.scene.state.step += 1;
+        self.session.go_to(self.scene.state.step);
     }
 
     /// Momentum and angular momentum that the fluid handed to each squirmer in this step.

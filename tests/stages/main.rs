@@ -2,6 +2,7 @@
 
 mod apply;
 mod bench;
+mod bricks;
 mod cell_reduce;
 mod collision;
 mod conservation;

@@ -17,6 +17,13 @@ fn narrow(gathering: Gathering, largest_binding: u64) -> Gpu {
     gpu
 }
 
+/// The same, as if no buffer could be larger than five times that either.
+fn small(gathering: Gathering, largest_binding: u64) -> Gpu {
+    let mut gpu = narrow(gathering, largest_binding);
+    gpu.summary.largest_buffer = 5 * largest_binding;
+    gpu
+}
+
 /// What a run leaves behind, and what a snapshot of all of its fluid says.
 fn left(gpu: &Gpu, plan: &Plan, start: &State, form: Form) -> (String, Vec<f32>, Vec<[u32; 6]>) {
     let mut session = Session::formed(gpu, plan, start, form).expect("a session");
@@ -47,8 +54,16 @@ fn same_in_parts(plan: &Plan, start: &State, (form, gathering): (Form, Gathering
         let bytes = session.buffers().find(|(n, _)| n == name).expect("it is there").1;
         assert!(bytes > largest, "`{name}` has {bytes} bytes only");
     }
-    let (one, several) = (left(&whole, plan, start, form), left(&narrow(gathering, largest), plan, start, form));
-    assert!(one == several, "{form:?} {gathering:?} {largest}");
+    let one = left(&whole, plan, start, form);
+    let mut adapters = vec![narrow(gathering, largest)];
+    if gathering == Gathering::Bricks {
+        // Neither of the two sets lies in one piece, and the row in both.
+        adapters.push(small(gathering, largest));
+    }
+    for parts in adapters {
+        let most = parts.summary.largest_buffer;
+        assert!(one == left(&parts, plan, start, form), "{form:?} {gathering:?} {largest} {most}");
+    }
     assert!(one.1.iter().any(|n| *n > 0.0) && one.2.len() == start.particles.len());
 }
 
@@ -57,16 +72,16 @@ fn runs_in_parts_leave_the_same_bits() {
     let gas_box = rig::system([9, 10, 33]);
     let fluid = state(gas(&gas_box, 31, 30_000), Vec::new());
     let plan = rig::plan(&gas_box, rig::BULK, &[]);
-    let row = ["particles", "velocities_yz", "moments"];
+    let row = ["particles", "velocities_yz"];
     same_in_parts(
         &plan,
         &fluid,
         (Form::Loose, Gathering::Chains),
         150_000,
-        &[&row[..], &["particles_sorted"]].concat(),
+        &[&row[..], &["moments", "particles_sorted"]].concat(),
     );
     same_in_parts(&plan, &fluid, (Form::Fused, Gathering::Chains), 110_000, &[&row[..], &["links"]].concat());
-    let bricks = ["particles", "bricks_xy", "bricks_zu_next", "bricks_vw", "moments"];
+    let bricks = ["particles", "bricks_xy", "bricks_zu_next", "bricks_vw"];
     same_in_parts(&plan, &fluid, (Form::Fused, Gathering::Bricks), 300_000, &bricks);
     let (slit, squirmers) = active_slit();
     let plan = rig::plan(&slit, rig::EVERYTHING, &continued());

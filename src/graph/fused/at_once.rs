@@ -41,8 +41,7 @@ fn collision(stages: &[Staged], sizes: &Sizes) -> Result<Option<Vec<Member>>, Sh
     })
 }
 
-/// The collision of the step before as the beginning of the kernel that moves particles. What stands before that and needs the operators comes
-/// after it.
+/// The collision of the step before as the beginning of the kernel that moves particles.
 fn joined(order: Vec<Item>, cells: &[Member]) -> Option<Vec<Item>> {
     let late: Vec<Member> = cells.iter().map(|m| m.clone().after_the_shift()).collect();
     let (mut before, mut after) = (Vec::new(), Vec::new());
@@ -62,11 +61,9 @@ fn joined(order: Vec<Item>, cells: &[Member]) -> Option<Vec<Item>> {
                 before.extend(items);
                 return Some(before);
             }
-            Item::Alone(receiver) if receiver.late && cells.iter().any(|c| conflict(c, &receiver)) => {
-                after.push(Item::Alone(receiver.after_the_shift()));
-            }
-            // The shift before is kept first of all, so that the collision finds it whenever it comes.
-            _ if !conflicts(&late) || item.members().iter().any(|m| m.writes("shift_before")) => before.push(item),
+            _ if !conflicts(&late) && !after.iter().any(|other: &Item| conflicts(other.members())) => before.push(item),
+            // What needs the operators, and what the next collision needs, comes after it.
+            Item::Alone(_) => after.push(item),
             _ => return None,
         }
     }

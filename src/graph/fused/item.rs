@@ -1,6 +1,6 @@
 //! What the fused plan dispatches: kernels of stages, alone or several in one.
 
-use crate::buffers::{Extent, Sizes};
+use crate::buffers::{Extent, OVERLAYS, Sizes};
 use crate::graph::kernels::Use;
 use crate::shader::{ENTRY, Lanes, Rare, Route, after_the_shift};
 use crate::stages::Phase;
@@ -36,6 +36,10 @@ impl Member {
         self.uses.iter().any(|u| u.buffer == buffer && u.write)
     }
 
+    pub(in crate::graph) fn asks_for(&self, buffer: &str) -> bool {
+        self.uses.iter().any(|u| u.buffer == buffer)
+    }
+
     pub(super) fn makes_sums(&self) -> bool {
         self.writes("moments")
     }
@@ -43,8 +47,7 @@ impl Member {
     /// Its text, with the names that it has here.
     #[must_use]
     pub fn text(&self) -> Cow<'static, str> {
-        let renamed = self.late && self.uses.iter().any(|u| u.buffer == "shift_before");
-        if renamed { after_the_shift(self.wgsl).into() } else { self.wgsl.into() }
+        if self.asks_for("shift_before") { after_the_shift(self.wgsl).into() } else { self.wgsl.into() }
     }
 
     /// The same as a part of the step before, once the grid has been moved.
@@ -93,19 +96,30 @@ impl Item {
             }
         }
         match self {
-            Item::Joint(_) if members.len() > 1 && members[0].makes_sums() => uses.retain(|u| u.buffer != "moments"),
+            Item::Joint(_) => uses.retain(|u| !self.keeps(&u.buffer)),
             Item::Bricks(_, route) => {
-                if members[0].makes_sums() {
-                    uses.retain(|u| !["moments", "operators"].contains(&u.buffer.as_str()));
-                }
+                uses.retain(|u| !self.keeps(&u.buffer));
                 moved_in_bricks(&mut uses, *route);
             }
             Item::Sifted(_) => uses.extend(waiting(true)),
             // They are few, and count among all before.
-            Item::Held(_) => uses.retain(|u| !["particles", "velocities_yz"].contains(&u.buffer.as_str())),
+            Item::Held(_) => uses.retain(|u| !ROW.contains(&u.buffer.as_str())),
             _ => {}
         }
         uses
+    }
+
+    /// Whether what its members hand on in this buffer stays in registers or in the workgroup.
+    #[must_use]
+    pub fn keeps(&self, buffer: &str) -> bool {
+        match self {
+            Item::Joint(members) => members.len() > 1 && members[0].makes_sums() && buffer == "moments",
+            // It has no ghosts of squirmers, either.
+            Item::Bricks(members, _) => {
+                members[0].makes_sums() && ["moments", "operators", "brick_ghosts"].contains(&buffer)
+            }
+            _ => false,
+        }
     }
 
     /// What it shows as in timings; `kind` names a stage.
@@ -180,6 +194,9 @@ impl Item {
     }
 }
 
+/// The row of all particles.
+pub(super) const ROW: [&str; 2] = OVERLAYS[0].guests;
+
 /// The list of particles that wait for the next kernel.
 fn waiting(write: bool) -> [Use; 2] {
     ["held", "held_groups"].map(|name| Use::whole(name, !write, write))
@@ -187,21 +204,21 @@ fn waiting(write: bool) -> [Use; 2] {
 
 /// What of the particles kernels over bricks read and write, in place of the row of all.
 fn moved_in_bricks(uses: &mut Vec<Use>, route: Route) {
-    let row = ["particles", "velocities_yz"];
+    let back = OVERLAYS[1].guests;
     let bricks = ["bricks_xy", "bricks_zu", "bricks_vw", "brick_counts"];
     let next = ["bricks_xy_next", "bricks_zu_next", "bricks_vw_next", "brick_counts_next"];
-    uses.retain(|u| ![&row[..], &bricks, &next].concat().contains(&u.buffer.as_str()));
+    uses.retain(|u| ![&ROW[..], &bricks, &next].concat().contains(&u.buffer.as_str()));
     let mut add = |names: &[&str], read, write| {
         uses.extend(names.iter().map(|name| Use::whole(name, read, write)));
     };
     match route {
-        Route::Enter => add(&row, true, false),
+        Route::Enter => add(&ROW, true, false),
         // They are few, and count among all before.
         Route::Held => return,
         _ => add(&bricks, true, false),
     }
     match route {
-        Route::Leave => add(&row, false, true),
+        Route::Leave => add(&back, false, true),
         _ => add(&next, false, true),
     }
 }
