@@ -65,7 +65,8 @@ pub trait Stage: 'static {
     const BRICKED: Option<Fused> = None;
     /// Entry points over particles or cells that the fused plan may join with others over the same, each with the function that does
     /// its work for one of them: `fn(i: u32, p: Particle) -> Particle`, `fn(cell: u32) -> Sums` for the first over cells, else
-    /// `fn(cell: u32, m: Moments, o: Operator) -> Operator`, or `fn(cell: u32)` if it leaves the operator alone.
+    /// `fn(cell: u32, m: Moments, o: Operator) -> Operator`, or `fn(cell: u32)` if it leaves the operator alone. Where particles lie in bricks,
+    /// `fn(cell: u32, s: Sums) -> Sums` adds to the sums of a cell, and `fn(brick: u32, lane: u32)` is its whole workgroup's work before that.
     const EACH: &'static [(&'static str, &'static str)] = &[];
     /// Entry points of [`Stage::EACH`] over particles that do much for a few of them and little for the others.
     const RARE: &'static [Rare] = &[];
