@@ -20,22 +20,11 @@
 @group(0) @binding(10) var<storage, read_write> brick_counts: array<atomic<u32>>;
 var<immediate> now: Now;
 
-fn parameters() -> WallGhostsSettings {
-    return WallGhostsSettings(
-        settings.continued,
-        settings.edge,
-        settings.patches_x,
-        settings.patches_z,
-        settings.fresh,
-        settings.least,
-    );
-}
-
 // What lies behind the walls depends on no particle.
 @compute @workgroup_size(WORKGROUP)
 fn draw_behind(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
     let first = invocation(group, groups, 0u) / LANES;
-    sum_ghosts(first, lane, shift[1], parameters());
+    sum_ghosts(first, lane, shift[1], settings);
     if lane < DRAWN_CELLS && wall_cell(first + lane).there {
         store_wall_ghosts(first + lane, sums_of_workgroup(lane));
     }

@@ -22,17 +22,6 @@
 @group(0) @binding(10) var<storage, read_write> faults: array<atomic<u32>>;
 var<immediate> now: Now;
 
-fn parameters() -> WallGhostsSettings {
-    return WallGhostsSettings(
-        settings.continued,
-        settings.edge,
-        settings.patches_x,
-        settings.patches_z,
-        settings.fresh,
-        settings.least,
-    );
-}
-
 fn signed_moment(word: u32) -> i32 {
     return bitcast<i32>(atomicLoad(&moments[word]));
 }
@@ -65,7 +54,7 @@ fn observe(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) gro
 @compute @workgroup_size(WORKGROUP)
 fn fill(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
     let first = invocation(group, groups, 0u) / LANES;
-    sum_ghosts(first, lane, shift[1], parameters());
+    sum_ghosts(first, lane, shift[1], settings);
     let i = first + lane;
     let c = wall_cell(i);
     if lane < DRAWN_CELLS && c.there {
@@ -114,12 +103,12 @@ fn receive(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) gro
         }
     }
     // Patches are rectangles: the tile is in one if its corners are.
-    let home = wall_patch(first.wall, first.column, parameters());
-    let mixed = home != wall_patch(first.wall, min(first.column + TILE - 1u, system.cells.xz - 1u), parameters());
+    let home = wall_patch(first.wall, first.column, settings);
+    let mixed = home != wall_patch(first.wall, min(first.column + TILE - 1u, system.cells.xz - 1u), settings);
     if settings.continued == 1u && c.there {
         for (var k = 0u; k < 3u; k++) {
             if mixed {
-                add_wall_sum(wall_patch(c.wall, c.column, parameters()), k, vec2<u32>(bitcast<u32>(seen[k]), bitcast<u32>(seen[k] >> 31u)));
+                add_wall_sum(wall_patch(c.wall, c.column, settings), k, vec2<u32>(bitcast<u32>(seen[k]), bitcast<u32>(seen[k] >> 31u)));
             } else {
                 collect(3u + k, seen[k]);
             }

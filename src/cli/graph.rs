@@ -27,8 +27,10 @@ pub fn graph(file: &Path, format: Format, form: super::Form, overrides: &[String
     if form == super::Form::Fused {
         let sizes = fused::sizes(plan, plan.system.particle_count(), None);
         let stages = fused::stages(plan, false);
-        return match fused::items(&stages, fused::Occasion::Next, &sizes) {
-            Ok(items) => print(&draw::fused(&items, &stages, &sizes)),
+        let found = fused::items(&stages, fused::Occasion::Next, &sizes)
+            .and_then(|items| Ok((items, fused::ahead(plan, &sizes)?)));
+        return match found {
+            Ok((items, ahead)) => print(&draw::fused((&items, &ahead), &stages, &sizes)),
             Err(error) => invalid(&error),
         };
     }

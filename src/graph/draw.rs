@@ -3,7 +3,7 @@
 use super::fused::{Item, Member};
 use super::kernels::{Kernel, Use};
 use super::traffic;
-use crate::buffers::{Extent, Sizes};
+use crate::buffers::{Extent, STEPS_AHEAD, Sizes};
 use crate::stages::Entry;
 use std::fmt::Write;
 
@@ -90,12 +90,15 @@ fn rows(item: &Item, stages: &[(&'static Entry, u32, bool)]) -> Vec<Row> {
 }
 
 /// The kernels of a step that applies the collision of the one before, as a table: which stages share one, and the bytes that each
-/// moves per fluid particle if every buffer is read and written once. Small kernels that share a workgroup stand below it.
+/// moves per fluid particle if every buffer is read and written once. Small kernels that share a workgroup stand below it; what is done ahead for many
+/// steps is named first.
 #[must_use]
-pub fn fused(items: &[Item], stages: &[(&'static Entry, u32, bool)], sizes: &Sizes) -> String {
+pub fn fused((items, ahead): (&[Item], &[Member]), stages: &[(&'static Entry, u32, bool)], sizes: &Sizes) -> String {
     let rows: Vec<Row> = items.iter().flat_map(|i| rows(i, stages)).collect();
     let width = rows.iter().map(|(name, ..)| name.len()).max().unwrap_or(0);
-    let mut text = format!("{:<width$}  {:>15}  reads and writes\n", "kernel", "bytes/particle");
+    let done = |m: &Member| format!("once in {STEPS_AHEAD} steps: {} {}\n", stages[m.stage].0.kind, m.phase.entry);
+    let mut text: String = ahead.iter().map(done).collect();
+    let _ = writeln!(text, "{:<width$}  {:>15}  reads and writes", "kernel", "bytes/particle");
     let mut sum = 0.0;
     for (name, uses, over) in rows {
         if uses.is_empty() {
@@ -204,6 +207,7 @@ pub fn mermaid(kernels: &[Kernel]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::stages::Phase;
 
     fn kernels() -> Vec<Kernel> {
         let used = |name: &str, read, write| Use::whole(name, read, write);
@@ -250,7 +254,15 @@ sum    take (after apply)  r ·
         let stages: Vec<_> = kinds.map(|k| (crate::stages::find(k).expect("a stage"), 1, true)).to_vec();
         let sizes = Sizes { particles: 1000, cells: 100, squirmers: 2, ..Sizes::default() };
         let items = super::super::fused::items(&stages, super::super::fused::Occasion::Next, &sizes).expect("valid");
-        let text = fused(&items, &stages, &sizes);
+        let wgsl = crate::stages::find("shift-grid").and_then(|e| e.fused).expect("it has a text").wgsl;
+        let ahead = Member {
+            stage: 2,
+            wgsl,
+            phase: Phase { entry: "shift_ahead", over: Extent::Steps },
+            ..items[0].members()[0].clone()
+        };
+        let text = fused((&items, &[ahead]), &stages, &sizes);
+        assert!(text.starts_with("once in 63 steps: shift-grid shift_ahead\n"), "{text}");
         assert!(text.contains("apply apply + stream stream + cell-reduce tally "), "{text}");
         assert!(text.contains("one workgroup:\n  squirmer-move drift_first "), "{text}");
         let line = text.lines().find(|l| l.starts_with("cell-reduce gather + rotate rotate")).expect("they share one");

@@ -35,5 +35,6 @@ pub(super) fn joined(items: Vec<Item>, sizes: &Sizes) -> Vec<Item> {
 /// # Errors
 /// If they do not fit together as WGSL.
 pub fn module(members: &[Member], stages: Stages<'_>) -> Result<Module, ShaderError> {
-    in_turn(&members.iter().map(|m| whole(m, m.wgsl, stages)).collect::<Vec<_>>())
+    let texts: Vec<_> = members.iter().map(Member::text).collect();
+    in_turn(&members.iter().zip(&texts).map(|(m, text)| whole(m, text, stages)).collect::<Vec<_>>())
 }

@@ -73,6 +73,7 @@ pub(super) fn whole<'a>(m: &Member, wgsl: &'a str, stages: Stages<'_>) -> Part<'
 /// # Errors
 /// If their functions do not fit together as WGSL.
 pub fn module(members: &[Member], stages: Stages<'_>, sizes: &Sizes) -> Result<Module, ShaderError> {
+    let texts: Vec<_> = members.iter().map(Member::text).collect();
     let mut phases: Vec<Phase<'_>> = Vec::new();
     // Where the members begin that run without a barrier between them.
     let mut since = 0;
@@ -81,7 +82,7 @@ pub fn module(members: &[Member], stages: Stages<'_>, sizes: &Sizes) -> Result<M
         if waits {
             since = k;
         }
-        phases.push(Phase { part: whole(m, m.wgsl, stages), count: sizes.count(m.phase.over), waits });
+        phases.push(Phase { part: whole(m, &texts[k], stages), count: sizes.count(m.phase.over), waits });
     }
     one_workgroup(&phases)
 }

@@ -122,6 +122,12 @@ pub fn settings_name(kind: &str) -> String {
     format!("settings_{}", kind.replace('-', "_"))
 }
 
+/// A stage's text as it stands beside others: its uniform, one member or all of it, goes by its own name.
+pub(super) fn with_own_settings(wgsl: &str, kind: &str) -> String {
+    let name = settings_name(kind);
+    wgsl.replace("settings.", &format!("{name}.")).replace(", settings)", &format!(", {name})"))
+}
+
 /// Composes the fused module; what shares its work among invocations has so many.
 ///
 /// # Errors
@@ -161,7 +167,7 @@ pub fn fuse(parts: &[Part<'_>], over: Over, lanes: Lanes) -> Result<Module, Shad
         if parts[..k].iter().all(|p| p.kind != part.kind) {
             declarations.push_str(part.settings);
         }
-        let mut text = part.wgsl.replace("settings.", &format!("{}.", settings_name(part.kind)));
+        let mut text = with_own_settings(part.wgsl, part.kind);
         if part.late {
             text = after_the_shift(&text);
         }

@@ -62,7 +62,7 @@ pub(super) fn together(
             continue;
         }
         let points: Vec<&str> = parts.iter().filter(|p| p.wgsl == part.wgsl).map(|p| p.function).collect();
-        let text = part.wgsl.replace("settings.", &format!("{}.", super::settings_name(part.kind)));
+        let text = super::fuse::with_own_settings(part.wgsl, part.kind);
         let mut body = String::new();
         take(&as_functions(&text, &points), part, &mut includes, &mut bindings, &mut body);
         bodies.push_str(&named(&body, &prefix(parts, part)));
