@@ -77,6 +77,9 @@ fn records_are_as_long_as_the_catalogue_says() {
     ];
     let text = squirm::stages::find("wall-ghosts").expect("a stage").module().expect("a module").text;
     assert_eq!(constant(&text, "TILE"), Some(squirm::buffers::WALL_TILE as usize));
+    let ahead = squirm::stages::find("shift-grid").and_then(|entry| entry.fused).expect("it does something ahead").wgsl;
+    assert_eq!(constant(ahead, "AHEAD"), Some(squirm::buffers::STEPS_AHEAD as usize));
+    assert_eq!(constant(ahead, "STRIDE"), find("shifts").map(|b| b.words / 4));
     for (buffer, name) in records {
         let words = find(buffer).expect("a buffer of the catalogue").words;
         let mut seen = 0;

@@ -164,10 +164,12 @@ impl Kernel {
 
     #[allow(clippy::cast_possible_truncation)]
     fn set(&self, pass: &mut wgpu::ComputePass<'_>, now: Now, (turned, step): (bool, u64)) {
-        let place = |age: &u64| (step.wrapping_sub(*age) % (STEPS_AHEAD + 1) * SHIFT_BYTES.0) as u32;
-        let places: Vec<u32> = self.shifts.iter().map(place).collect();
+        let mut places = [0; SHIFTS.len()];
+        for (place, age) in places.iter_mut().zip(&self.shifts) {
+            *place = (step.wrapping_sub(*age) % (STEPS_AHEAD + 1) * SHIFT_BYTES.0) as u32;
+        }
         pass.set_pipeline(&self.pipeline);
-        pass.set_bind_group(0, &self.bind_groups[usize::from(turned)], &places);
+        pass.set_bind_group(0, &self.bind_groups[usize::from(turned)], &places[..self.shifts.len()]);
         pass.set_immediates(0, bytemuck::bytes_of(&now));
     }
 }

@@ -38,6 +38,43 @@ fn left(
         .to_vec()
 }
 
+/// What is done ahead is done again before it runs out, and finds the step before it still there; also where the number of the step outgrows a word.
+#[test]
+fn long_submissions_leave_the_same_bits() {
+    let system = rig::system([6, 5, 7]);
+    let (mut slit, squirmers) = active_slit();
+    let plans = [
+        (rig::plan(&system, rig::BULK, &[]), state(gas(&system, 35, 2000), Vec::new())),
+        (rig::plan(&slit, rig::EVERYTHING, &continued()), squirmers.clone()),
+        (
+            {
+                slit.species.clear();
+                let kinds: Vec<&str> = rig::EVERYTHING.iter().copied().filter(|k| !k.starts_with("squirmer")).collect();
+                rig::plan(&slit, &kinds, &continued())
+            },
+            State { squirmers: Vec::new(), ..squirmers },
+        ),
+    ];
+    for (plan, start) in plans {
+        let start = State { step: (1 << 32) - 40, ..start };
+        let digest = |form, gathering| {
+            let mut gpu = rig::gpu().clone();
+            gpu.gathering = Some(gathering);
+            let mut session = Session::formed(&gpu, &plan, &start, form).expect("a session");
+            // Once more in the first submission; the second begins elsewhere among what is kept.
+            [70, 3].map(|steps| {
+                session.advance(steps, false);
+                assert_eq!(session.faults().expect("readable"), 0);
+                session.raw().expect("readable").digest()
+            })
+        };
+        let loose = digest(Form::Loose, Gathering::Chains);
+        for gathering in [Gathering::Chains, Gathering::Bricks] {
+            assert_eq!(digest(Form::Fused, gathering), loose, "{gathering:?}");
+        }
+    }
+}
+
 /// Or the tests below with four lanes say nothing.
 #[test]
 fn the_subgroups_of_this_adapter_are_neighbours() {
