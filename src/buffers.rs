@@ -5,7 +5,7 @@ mod overlay;
 mod sizes;
 
 pub use fault::{Fault, Site};
-pub use overlay::{OVERLAYS, Overlay, lodges};
+pub use overlay::{OVERLAYS, Overlay, lodgers};
 pub use sizes::{Gathering, Sizes};
 
 use crate::shared;

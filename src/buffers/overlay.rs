@@ -1,5 +1,7 @@
 //! Arrays that lie in the memory of others.
 
+use super::Sizes;
+
 /// Buffers that lie in the memory of others, since never both hold something.
 #[derive(Debug)]
 pub struct Overlay {
@@ -22,8 +24,47 @@ pub const OVERLAYS: [Overlay; 2] = [
     },
 ];
 
-/// Whether a buffer lies in the memory of others in a run that has these.
-pub fn lodges(name: &str, there: impl Fn(&str) -> bool) -> bool {
-    let lies = |o: &&Overlay| o.guests.iter().chain(o.later).any(|guest| *guest == name);
-    OVERLAYS.iter().filter(lies).any(|o| o.hosts.into_iter().all(&there))
+/// Which buffers lie in the memory of others in a run that has these: of each set as many as there is room for.
+pub fn lodgers(there: impl Fn(&str) -> bool, sizes: &Sizes) -> Vec<&'static str> {
+    let bytes = |name: &str| super::find(name).map_or(0, |buffer| sizes.bytes(buffer));
+    let mut all = Vec::new();
+    for overlay in OVERLAYS.iter().filter(|o| o.hosts.into_iter().all(&there)) {
+        let room: u64 = overlay.hosts.into_iter().map(bytes).sum();
+        for set in [&overlay.guests[..], overlay.later] {
+            let mut left = room;
+            for guest in set.iter().filter(|guest| there(guest)) {
+                if let Some(less) = left.checked_sub(bytes(guest)) {
+                    left = less;
+                    all.push(*guest);
+                }
+            }
+        }
+    }
+    all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn lodging(room: u64, cells: u64, there: impl Fn(&str) -> bool) -> Vec<&'static str> {
+        lodgers(there, &Sizes { particles: 1000, cells, room, ..Sizes::default() })
+    }
+
+    #[test]
+    fn who_finds_room_in_bricks() {
+        // Two bricks, so that there are `room` places of 24 bytes in each set; the sums of a cell take 96.
+        assert_eq!(
+            lodging(1000, 128, |_| true),
+            ["particles", "velocities_yz", "particles_next", "velocities_yz_next", "moments"]
+        );
+        assert_eq!(lodging(1000, 128, |name| name != "bricks_zu"), ["particles_next", "velocities_yz_next", "moments"]);
+        assert_eq!(lodging(1000, 128, |name| !name.ends_with("_next")), ["particles", "velocities_yz"]);
+        // 12,288 bytes of sums in 12,264.
+        assert_eq!(
+            lodging(511, 128, |name| !name.contains("particles") && !name.contains("velocities")),
+            Vec::<&str>::new()
+        );
+        assert_eq!(lodging(512, 128, |name| !name.contains("particles") && !name.contains("velocities")), ["moments"]);
+    }
 }

@@ -1,7 +1,7 @@
 //! Where the arrays of a run lie: in memory of their own, or in that of others that hold nothing as long as they do.
 
 use super::adapter::AdapterSummary;
-use crate::buffers::{Buffer, OVERLAYS, Sizes, lodges};
+use crate::buffers::{Buffer, OVERLAYS, Sizes, lodgers};
 use std::collections::HashMap;
 
 /// Bytes that begin so far behind the start of a block of memory.
@@ -34,8 +34,9 @@ impl Layout {
             let found = wanted.iter().find(|b| b.name == name);
             found.map_or(Vec::new(), |b| lengths(summary, (sizes.bytes(b) + room).next_multiple_of(16)))
         };
-        let lodges = |name: &str| room == 0 && lodges(name, |host| wanted.iter().any(|b| b.name == host));
-        for overlay in OVERLAYS.iter().filter(|o| wanted.iter().any(|b| o.guests.contains(&b.name) && lodges(b.name))) {
+        let there = |name: &str| room == 0 && wanted.iter().any(|b| b.name == name);
+        let lodging = lodgers(there, sizes);
+        for overlay in OVERLAYS.iter().filter(|o| o.guests.iter().any(|guest| lodging.contains(guest))) {
             let mut free: Vec<Place> = Vec::new();
             for host in overlay.hosts {
                 let places = lengths(host).into_iter().map(|bytes| {
@@ -58,7 +59,7 @@ impl Layout {
             }
             for guests in [&overlay.guests[..], overlay.later] {
                 let mut free = free.clone();
-                for guest in guests.iter().filter(|guest| wanted.iter().any(|b| b.name == **guest)) {
+                for guest in guests.iter().filter(|guest| lodging.contains(guest)) {
                     let places = lengths(guest).into_iter().map(|bytes| layout.lodge(guest, bytes, (&mut free, align)));
                     let places = places.collect();
                     layout.arrays.insert(guest, places);

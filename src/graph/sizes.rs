@@ -1,6 +1,6 @@
 //! How large every buffer of a run is.
 
-use crate::buffers::{Buffer, CATALOGUE, Sizes, lodges};
+use crate::buffers::{Buffer, CATALOGUE, Sizes, lodgers};
 use crate::math::steric::{SAFETY, SIGMA};
 use crate::state::System;
 use crate::state::packed;
@@ -33,12 +33,13 @@ pub const SHOWN: [&str; 9] = [
 ];
 
 /// The buffers of a run whose kernels bind these, and the memory that each takes, in the order of the catalogue: none if it lies in that of
-/// others, which is never less, since bricks have room for all particles.
+/// others.
 #[must_use]
 pub fn memory<'a>(bound: impl Iterator<Item = &'a str>, sizes: &Sizes) -> Vec<(&'static Buffer, u64)> {
     let names: HashSet<&str> = bound.chain(SHOWN).collect();
     let here = |b: &&Buffer| names.contains(b.name) && b.name != "settings";
-    let taken = |b: &Buffer| if lodges(b.name, |host| names.contains(host)) { 0 } else { sizes.bytes(b) };
+    let lodging = lodgers(|name| names.contains(name), sizes);
+    let taken = |b: &Buffer| if lodging.contains(&b.name) { 0 } else { sizes.bytes(b) };
     CATALOGUE.iter().filter(here).map(|b| (b, taken(b))).collect()
 }
 
