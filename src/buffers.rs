@@ -440,8 +440,8 @@ pub const CATALOGUE: &[Buffer] = &[
         "chains",
         Scratch,
         Cells,
-        1,
-        "the last particle, then ghost, of each cell, counted from 1; zero after the sums over either",
+        2,
+        "the last particle, then ghost, of each cell, counted from 1, in even steps and in odd ones; zero after the sums over either",
     ),
     buffer(
         "links",

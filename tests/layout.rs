@@ -77,7 +77,8 @@ fn records_are_as_long_as_the_catalogue_says() {
     ];
     let text = squirm::stages::find("wall-ghosts").expect("a stage").module().expect("a module").text;
     assert_eq!(constant(&text, "TILE"), Some(squirm::buffers::WALL_TILE as usize));
-    let ahead = squirm::stages::find("shift-grid").and_then(|entry| entry.fused).expect("it does something ahead").wgsl;
+    let fused = squirm::stages::find("shift-grid").and_then(|entry| entry.fused).expect("it does something ahead");
+    let ahead = fused.text("shift_ahead");
     assert_eq!(constant(ahead, "AHEAD"), Some(squirm::buffers::STEPS_AHEAD as usize));
     assert_eq!(constant(ahead, "STRIDE"), find("shifts").map(|b| b.words / 4));
     for (buffer, name) in records {

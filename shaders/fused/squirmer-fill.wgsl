@@ -26,7 +26,8 @@ fn tally(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) group
         return;
     }
     let k = invocation(group, groups, lane);
-    join_chain(ghost_place(whose.squirmer, ghost_at(k).s, vec3<u32>(shift[0], shift[1], shift[2])).cell, k);
+    let cell = ghost_place(whose.squirmer, ghost_at(k).s, vec3<u32>(shift[0], shift[1], shift[2])).cell;
+    join_chain(chain_of(cell, shift[3]), k);
 }
 
 // The sums over the ghosts in a cell's chain, which is left empty.
@@ -38,7 +39,8 @@ fn gather(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) grou
         return;
     }
     var s: Sums;
-    var link = end_of_chain(cell);
+    let chain = chain_of(cell, shift[3]);
+    var link = end_of_chain(chain);
     while link != 0u {
         // Of the next few each invocation of the cell takes one.
         var mine = 0u;
@@ -58,7 +60,7 @@ fn gather(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) grou
     // Nobody empties the chain before all have read its end.
     s = added_across_lanes(s);
     if part == 0u {
-        empty_chain(cell);
+        empty_chain(chain);
     }
     deposit_part(cell, part, LANES, s);
 }

@@ -46,7 +46,7 @@ pub struct Sizes {
     pub waiting: u64,
     /// Particles that two bricks have room for together, where particles lie brick by brick; else 0.
     pub room: u64,
-    /// One kernel makes the sums and operators of a brick and moves its particles on.
+    /// One kernel makes the sums and operators of a brick or cell and moves its particles on.
     pub at_once: bool,
     /// Blocks of a snapshot's fields.
     pub coarse: u64,

@@ -4,7 +4,7 @@ use super::buffers::{Buffers, View};
 use super::kernel::{Kernel, compile, groups, settings};
 use super::{Gpu, GpuError};
 use crate::buffers::{Extent, Now, STEPS_AHEAD, Sizes};
-use crate::graph::fused::{Item, Occasion, ahead, bricks, items, joint, sifted};
+use crate::graph::fused::{Item, Occasion, ahead, bricks, items, joint, sifted, walked};
 use crate::graph::{Plan, beside, constants, in_turn, small};
 use crate::shader::{Lanes, Module, Over, settings_name};
 use crate::stages::Entry;
@@ -80,6 +80,7 @@ impl Ordered {
             Item::Joint(members) => joint(members, stages, self.lanes)?,
             Item::Sifted(members) => sifted(members, Over::Sifted, stages)?,
             Item::Held(members) => sifted(members, Over::Held, stages)?,
+            Item::Walked(members) => walked(members, stages)?,
             Item::Bricks(members, route) => bricks(members, *route, stages, self.lanes)?,
             Item::Alone(m) => stages[m.stage].0.fused_module(&m.text(), item.lanes(self.lanes, sizes))?,
             Item::InTurn(members) => in_turn::module(members, stages)?,

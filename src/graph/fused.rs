@@ -29,16 +29,18 @@ pub fn stages(plan: &Plan, all: bool) -> Vec<(&'static Entry, u32, bool)> {
 #[must_use]
 pub fn sizes(plan: &Plan, particles: u64, gathering: Option<Gathering>) -> Sizes {
     let sizes = packed::sizes(&plan.system, particles);
+    let at_once = |sizes: Sizes| {
+        let at_once = at_once::possible(&[stages(plan, true), stages(plan, false)], &sizes);
+        Sizes { at_once, ..sizes }
+    };
     if gathering.unwrap_or(Gathering::on_gpu(sizes.cells)) == Gathering::Chains {
-        return waiting_in(plan, sizes);
+        let chains = waiting_in(plan, sizes);
+        // A CPU asks for chains. Steps take turns with two chains by what is made ahead.
+        let may = gathering.is_some() && ahead(plan, &chains).is_ok_and(|ahead| !ahead.is_empty());
+        return if may { at_once(chains) } else { chains };
     }
     let bricks = Sizes { room: packed::brick_room(&plan.system), ..sizes };
-    if fit_for_bricks(plan, &bricks) {
-        let at_once = at_once::possible(&[stages(plan, true), stages(plan, false)], &bricks);
-        Sizes { at_once, ..bricks }
-    } else {
-        waiting_in(plan, sizes)
-    }
+    if fit_for_bricks(plan, &bricks) { at_once(bricks) } else { waiting_in(plan, sizes) }
 }
 
 /// With particles that wait, if every step has one kernel that makes them wait: it empties the list of the next step.
@@ -125,7 +127,7 @@ pub fn ahead(plan: &Plan, sizes: &Sizes) -> Result<Vec<Member>, ShaderError> {
     for (stage, planned) in plan.stages.iter().enumerate() {
         let Some(fused) = planned.entry.otherwise(sizes.gathering()) else { continue };
         for phase in fused.ahead {
-            list.push(member(planned.entry, stage, (*phase, fused.wgsl), (false, 0))?);
+            list.push(member(planned.entry, stage, (*phase, fused.text(phase.entry)), (false, 0))?);
         }
     }
     Ok(list)
@@ -369,7 +371,7 @@ pub fn bricks(members: &[Member], route: Route, stages: &[Staged], lanes: Lanes)
     if route == Route::Leave {
         // It declares what bricks are.
         let declares = |wgsl: &str| wgsl.contains("//!include bricks\n");
-        let mut texts = stages.iter().filter_map(|(entry, ..)| Some((entry, entry.bricked?.wgsl)));
+        let mut texts = stages.iter().filter_map(|(entry, ..)| Some((entry, entry.bricked?.text(TALLY))));
         let tally = texts.find(|(_, wgsl)| declares(wgsl));
         parts.extend(tally.map(|(entry, wgsl)| Part {
             kind: entry.kind,
@@ -380,14 +382,33 @@ pub fn bricks(members: &[Member], route: Route, stages: &[Staged], lanes: Lanes)
             late: false,
         }));
     }
-    let cells = members.iter().take_while(|m| m.phase.over == Extent::Cells).count();
+    let cells = over_cells(members);
+    let kept = cells > 0 && received(stages)?;
+    fuse(&parts, Over::Bricks { route, cells, kept }, lanes)
+}
+
+/// So many of the first members are over cells.
+fn over_cells(members: &[Member]) -> usize {
+    members.iter().take_while(|m| m.phase.over == Extent::Cells).count()
+}
+
+/// Whether a stage asks for the operators of cells once they have been applied.
+fn received(stages: &[Staged]) -> Result<bool, ShaderError> {
     let receives = |(entry, ..): &Staged| -> Result<bool, ShaderError> {
         let uses: Result<Vec<_>, _> = entry.receive.iter().map(|p| reflected(entry, entry.wgsl, p.entry)).collect();
         Ok(uses?.iter().flat_map(|(uses, _)| uses).any(|u| u.buffer == "operators"))
     };
-    let received: Result<Vec<bool>, _> = stages.iter().map(receives).collect();
-    let kept = cells > 0 && received?.contains(&true);
-    fuse(&parts, Over::Bricks { route, cells, kept }, lanes)
+    Ok(stages.iter().map(receives).collect::<Result<Vec<bool>, _>>()?.contains(&true))
+}
+
+/// The kernel of members by which cells make their sums and operators, and move their particles on.
+///
+/// # Errors
+/// If their functions do not fit together as WGSL.
+pub fn walked(members: &[Member], stages: &[Staged]) -> Result<Module, ShaderError> {
+    let parts: Vec<Part<'_>> = members.iter().map(|m| part(m, stages)).collect();
+    let over = Over::Walked { cells: over_cells(members), kept: received(stages)? };
+    fuse(&parts, over, Lanes::One)
 }
 
 /// The kernel of joint members.

@@ -12,6 +12,7 @@ const LIBRARY: &[(&str, &str)] = &[
     ("bricks-near", include_str!("../../shaders/lib/bricks-near.wgsl")),
     ("bricks-settle", include_str!("../../shaders/lib/bricks-settle.wgsl")),
     ("cells", include_str!("../../shaders/lib/cells.wgsl")),
+    ("operator-own", include_str!("../../shaders/lib/operator-own.wgsl")),
     ("chains", include_str!("../../shaders/lib/chains.wgsl")),
     ("contribution", include_str!("../../shaders/lib/contribution.wgsl")),
     ("deposit", include_str!("../../shaders/lib/deposit.wgsl")),

@@ -2,6 +2,7 @@
 
 pub mod beside;
 pub mod compose;
+mod entry;
 pub mod fuse;
 pub mod in_turn;
 pub mod lanes;

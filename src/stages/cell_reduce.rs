@@ -26,7 +26,10 @@ impl Stage for CellReduce {
     const PHASES: &'static [Phase] =
         &[Phase { entry: "clear", over: Extent::Cells }, Phase { entry: "reduce", over: Extent::Particles }];
     const FUSED: Option<Fused> = Some(Fused {
-        wgsl: include_str!("../../shaders/fused/cell-reduce.wgsl"),
+        wgsl: &[
+            include_str!("../../shaders/fused/cell-reduce-tally.wgsl"),
+            include_str!("../../shaders/fused/cell-reduce-gather.wgsl"),
+        ],
         ahead: &[],
         instead: &[
             ("clear", &[]),
@@ -37,7 +40,7 @@ impl Stage for CellReduce {
         ],
     });
     const BRICKED: Option<Fused> = Some(Fused {
-        wgsl: include_str!("../../shaders/fused/cell-reduce-bricked.wgsl"),
+        wgsl: &[include_str!("../../shaders/fused/cell-reduce-bricked.wgsl")],
         ahead: &[],
         instead: &[
             ("clear", &[]),

@@ -18,12 +18,21 @@ pub struct Phase {
 /// What a stage does otherwise in the fused plan.
 #[derive(Debug, Clone, Copy)]
 pub struct Fused {
-    /// Text of a file in `shaders/fused`.
-    pub wgsl: &'static str,
+    /// Texts of files in `shaders/fused`.
+    pub wgsl: &'static [&'static str],
     /// Kernels that do beforehand what does not depend on the state, for as many steps as [`crate::buffers::STEPS_AHEAD`] at a time.
     pub ahead: &'static [Phase],
     /// Entry points of [`Stage::WGSL`], each with the kernels that run instead of it, with the same result; all others run as they are.
     pub instead: &'static [(&'static str, &'static [Phase])],
+}
+
+impl Fused {
+    /// The text that has this entry point, or the last.
+    #[must_use]
+    pub fn text(&self, point: &str) -> &'static str {
+        let has = |wgsl: &&&str| wgsl.contains(&format!("fn {point}("));
+        self.wgsl.iter().find(has).or(self.wgsl.last()).copied().unwrap_or_default()
+    }
 }
 
 /// How bad a finding is.
@@ -219,7 +228,7 @@ impl Entry {
     pub fn fused_phases(&self, phase: Phase, gathering: Gathering) -> Vec<(Phase, &'static str)> {
         let instead = |f: Fused| {
             let (_, phases) = f.instead.iter().find(|(entry, _)| *entry == phase.entry)?;
-            Some(phases.iter().map(|p| (*p, f.wgsl)).collect())
+            Some(phases.iter().map(|p| (*p, f.text(p.entry))).collect())
         };
         self.otherwise(gathering).and_then(instead).unwrap_or_else(|| vec![(phase, self.wgsl)])
     }

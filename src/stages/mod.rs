@@ -64,7 +64,7 @@ mod tests {
             let mut points: Vec<&str> = Vec::new();
             for gathering in [Gathering::Chains, Gathering::Bricks] {
                 let other = entry.otherwise(gathering);
-                let ahead = other.iter().flat_map(|f| f.ahead.iter().map(|p| (*p, f.wgsl)));
+                let ahead = other.iter().flat_map(|f| f.ahead.iter().map(|p| (*p, f.text(p.entry))));
                 let phases: Vec<(Phase, &str)> =
                     own.clone().flat_map(|p| entry.fused_phases(*p, gathering)).chain(ahead).collect();
                 for lanes in [Lanes::One, Lanes::Four] {

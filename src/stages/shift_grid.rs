@@ -27,7 +27,7 @@ impl Stage for ShiftGrid {
     const WGSL: &'static str = include_str!("../../shaders/stages/shift-grid.wgsl");
     const PHASES: &'static [Phase] = &[Phase { entry: "shift_grid", over: Extent::One }];
     const FUSED: Option<Fused> = Some(Fused {
-        wgsl: include_str!("../../shaders/fused/shift-grid.wgsl"),
+        wgsl: &[include_str!("../../shaders/fused/shift-grid.wgsl")],
         ahead: &[Phase { entry: "shift_ahead", over: Extent::Steps }],
         instead: &[("shift_grid", &[])],
     });

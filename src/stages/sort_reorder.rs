@@ -36,7 +36,7 @@ impl Stage for SortReorder {
     ];
     /// Particles that lie brick by brick are sorted enough.
     const BRICKED: Option<Fused> = Some(Fused {
-        wgsl: Self::WGSL,
+        wgsl: &[Self::WGSL],
         ahead: &[],
         instead: &[
             ("clear_places", &[]),

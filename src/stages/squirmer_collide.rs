@@ -52,7 +52,7 @@ impl Stage for SquirmerCollide {
     ];
     // The map is empty in the beginning and emptied after its use, together with other work for all cells.
     const FUSED: Option<Fused> = Some(Fused {
-        wgsl: Self::WGSL,
+        wgsl: &[Self::WGSL],
         ahead: &[],
         instead: &[
             ("clear_map", &[]),

@@ -49,7 +49,7 @@ impl Stage for SquirmerFill {
     const RECEIVE: &'static [Phase] =
         &[Phase { entry: "receive", over: Extent::SquirmerGhosts }, Phase { entry: "absorb", over: Extent::Squirmers }];
     const FUSED: Option<Fused> = Some(Fused {
-        wgsl: include_str!("../../shaders/fused/squirmer-fill.wgsl"),
+        wgsl: &[include_str!("../../shaders/fused/squirmer-fill.wgsl")],
         ahead: &[],
         instead: &[(
             "fill",
@@ -57,7 +57,7 @@ impl Stage for SquirmerFill {
         )],
     });
     const BRICKED: Option<Fused> = Some(Fused {
-        wgsl: include_str!("../../shaders/fused/squirmer-fill-bricked.wgsl"),
+        wgsl: &[include_str!("../../shaders/fused/squirmer-fill-bricked.wgsl")],
         ahead: &[],
         instead: &[("fill", &[Phase { entry: "enter", over: Extent::SquirmerGhosts }])],
     });

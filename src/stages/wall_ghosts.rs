@@ -61,7 +61,7 @@ impl Stage for WallGhosts {
         &[Phase { entry: "observe", over: Extent::WallCells }, Phase { entry: "fill", over: Extent::WallCells }];
     const RECEIVE: &'static [Phase] = &[Phase { entry: "receive", over: Extent::WallCells }];
     const BRICKED: Option<Fused> = Some(Fused {
-        wgsl: include_str!("../../shaders/fused/wall-ghosts-bricked.wgsl"),
+        wgsl: &[include_str!("../../shaders/fused/wall-ghosts-bricked.wgsl")],
         ahead: &[],
         instead: &[
             ("observe", &[Phase { entry: "observe_bricks", over: Extent::Cells }]),

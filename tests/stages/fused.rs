@@ -3,7 +3,7 @@
 use crate::bench::*;
 use crate::collision::{active_slit, continued};
 use crate::rig;
-use squirm::buffers::{Gathering, Sizes};
+use squirm::buffers::{Extent, Gathering, Sizes};
 use squirm::gpu::{Form, Session};
 use squirm::graph::fused::{Item, Occasion, items};
 use squirm::params::Value;
@@ -19,14 +19,14 @@ fn left(
     start: &State,
     kinds: &[&str],
     changes: &[Change],
-    (form, lanes, gathering): (Form, Lanes, Gathering),
+    (form, lanes, gathering): (Form, Lanes, impl Into<Option<Gathering>>),
 ) -> Vec<(String, Vec<f32>, [glam::DVec3; 2])> {
     let plan = rig::plan(system, kinds, changes);
     let mut gpu = rig::gpu().clone();
     gpu.lanes = lanes;
-    gpu.gathering = Some(gathering);
+    gpu.gathering = gathering.into();
     let mut session = Session::formed(&gpu, &plan, start, form).expect("a session");
-    let bricks = form == Form::Fused && gathering == Gathering::Bricks;
+    let bricks = form == Form::Fused && gpu.gathering == Some(Gathering::Bricks);
     assert_eq!(session.sizes().gathering() == Gathering::Bricks, bricks);
     [1, 7, 12]
         .map(|steps| {
@@ -75,6 +75,34 @@ fn long_submissions_leave_the_same_bits() {
     }
 }
 
+/// On a CPU cells move their particles on when they have made their sums, whether it is sorted in the step or not; on a GPU small systems do not,
+/// and nobody does who has something to do in between, or no shifts made ahead by which steps take turns with two chains.
+#[test]
+fn cells_of_a_fluid_on_a_cpu_walk_their_chains_once_more() {
+    let system = rig::system([6, 5, 7]);
+    let unshifted: Vec<&str> = rig::BULK.iter().copied().filter(|k| *k != "shift-grid").collect();
+    let (slit, _) = active_slit();
+    for (system, kinds, gathering, walked) in [
+        (&system, rig::BULK, Some(Gathering::Chains), true),
+        (&system, rig::BULK, None, false),
+        (&system, &unshifted[..], Some(Gathering::Chains), false),
+        (&slit, rig::EVERYTHING, Some(Gathering::Chains), false),
+    ] {
+        let plan = rig::plan(system, kinds, &[]);
+        let sizes = squirm::graph::fused::sizes(&plan, 2000, gathering);
+        assert_eq!((sizes.gathering(), sizes.at_once), (Gathering::Chains, walked), "{kinds:?}");
+        for all in [true, false] {
+            let stages = squirm::graph::fused::stages(&plan, all);
+            let next = items(&stages, Occasion::Next, &sizes).expect("valid");
+            let found = next.iter().filter(|item| matches!(item, Item::Walked(_))).count();
+            assert_eq!(found, usize::from(walked), "{kinds:?}");
+            let row = next.iter().filter(|item| matches!(item, Item::Joint(m) if m[0].phase.over == Extent::Particles));
+            assert!(!walked || row.count() == 0);
+            assert!(!walked || all || next.len() == 1, "{next:?}");
+        }
+    }
+}
+
 /// Or the tests below with four lanes say nothing.
 #[test]
 fn the_subgroups_of_this_adapter_are_neighbours() {
@@ -109,11 +137,13 @@ fn both_forms_of_a_plan_leave_the_same_bits() {
     for (system, start, kinds, changes) in cases {
         let loose = left(system, start, kinds, &changes, (Form::Loose, Lanes::One, Gathering::Chains));
         for (every, lanes, gathering) in [
-            (1, Lanes::Four, Gathering::Chains),
-            (7, Lanes::One, Gathering::Chains),
-            (50, Lanes::Four, Gathering::Chains),
-            (50, Lanes::Four, Gathering::Bricks),
-            (3, Lanes::One, Gathering::Bricks),
+            (1, Lanes::Four, Some(Gathering::Chains)),
+            (7, Lanes::One, Some(Gathering::Chains)),
+            (50, Lanes::Four, Some(Gathering::Chains)),
+            (50, Lanes::Four, Some(Gathering::Bricks)),
+            (3, Lanes::One, Some(Gathering::Bricks)),
+            // A small system on a GPU.
+            (7, Lanes::Four, None),
         ] {
             let mut changes = changes.clone();
             changes.push(("sort-reorder", "every", Value::Integer(every)));

@@ -71,6 +71,8 @@ pub enum Item {
     Held(Vec<Member>),
     /// The same over particles that lie brick by brick, or come there or go.
     Bricks(Vec<Member>, Route),
+    /// Those over cells, which make their sums, and then those over particles for each of a cell's, which it finds by its chain.
+    Walked(Vec<Member>),
     /// Kernels over the same elements that an invocation does one after the other for its own.
     InTurn(Vec<Member>),
     /// Small kernels that one workgroup does one after the other.
@@ -96,7 +98,7 @@ impl Item {
             }
         }
         match self {
-            Item::Joint(_) => uses.retain(|u| !self.keeps(&u.buffer)),
+            Item::Joint(_) | Item::Walked(_) => uses.retain(|u| !self.keeps(&u.buffer)),
             Item::Bricks(_, route) => {
                 uses.retain(|u| !self.keeps(&u.buffer));
                 moved_in_bricks(&mut uses, *route);
@@ -114,6 +116,7 @@ impl Item {
     pub fn keeps(&self, buffer: &str) -> bool {
         match self {
             Item::Joint(members) => members.len() > 1 && members[0].makes_sums() && buffer == "moments",
+            Item::Walked(_) => ["moments", "operators"].contains(&buffer),
             // It has no ghosts of squirmers, either.
             Item::Bricks(members, _) => {
                 members[0].makes_sums() && ["moments", "operators", "brick_ghosts"].contains(&buffer)
@@ -130,6 +133,7 @@ impl Item {
             | Item::Sifted(members)
             | Item::Held(members)
             | Item::Bricks(members, _)
+            | Item::Walked(members)
             | Item::InTurn(members)
             | Item::Small(members)
                 if members.len() > 1 =>
@@ -172,6 +176,7 @@ impl Item {
             | Item::Sifted(members)
             | Item::Held(members)
             | Item::Bricks(members, _)
+            | Item::Walked(members)
             | Item::InTurn(members)
             | Item::Small(members)
             | Item::Beside(members) => members,

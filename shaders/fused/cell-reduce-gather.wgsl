@@ -1,5 +1,5 @@
 // cell-reduce without atomic sums: every cell chains its particles, then sums over them. The sums are those of
-// shaders/stages/cell-reduce.wgsl, bit by bit, since integers may be added in any order.
+// shaders/stages/cell-reduce.wgsl, bit by bit, since integers may be added in any order. This is the second half: cells walk their chains.
 //!include dispatch
 //!include cells
 //!include particles
@@ -18,39 +18,38 @@
 @group(0) @binding(7) var<storage, read_write> faults: array<atomic<u32>>;
 var<immediate> now: Now;
 
-fn cell_here(p: vec3<u32>) -> Place {
-    return locate(p, vec3<u32>(shift[0], shift[1], shift[2]));
-}
-
-fn tallied(i: u32, p: Particle) -> Particle {
-    join_chain(cell_here(p.position).cell, i);
-    return p;
-}
-
-@compute @workgroup_size(WORKGROUP)
-fn tally(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
-    let i = invocation(group, groups, lane);
-    if i < system.particle_count {
-        join_chain(cell_here(position_at(i)).cell, i);
+// What the sums need of a particle: a CPU driver fetches every word by itself.
+fn seen(i: u32) -> Particle {
+    if PLACES {
+        return particle_at(i);
     }
+    return Particle(vec3<u32>(), velocity_at(i));
 }
 
 // The sums of a cell. Leaves its chain empty.
 fn gathered(cell: u32) -> Sums {
     var s: Sums;
-    var link = end_of_chain(cell);
+    let chain = chain_of(cell, shift[3]);
+    var link = end_of_chain(chain);
+    // Reported once the chain has been walked: a CPU driver goes through what nobody needs, too.
+    var fault = 0u;
+    var witness = 0u;
     while link != 0u {
         let i = link - 1u;
-        let p = particle_at(i);
+        let p = seen(i);
         link = links[i];
-        let fault = fault_of(square_of(p.velocity));
-        if fault != 0u {
-            report(fault, cell, Witness(SITE_CELL_REDUCE, i, now.step_low));
+        let own = fault_of(square_of(p.velocity));
+        if own != 0u {
+            fault |= own;
+            witness = i;
         } else {
-            s = sum_of(s, contribution(ONE_PARTICLE, cell_here(p.position).offset, p.velocity));
+            s = sum_of(s, contribution(ONE_PARTICLE, locate(p.position, vec3<u32>(shift[0], shift[1], shift[2])).offset, p.velocity));
         }
     }
-    empty_chain(cell);
+    if fault != 0u {
+        report(fault, cell, Witness(SITE_CELL_REDUCE, witness, now.step_low));
+    }
+    empty_chain(chain);
     return s;
 }
 
