@@ -76,7 +76,7 @@ pub enum Extent {
     Scans,
     /// Links of chains: one for each particle or ghost, whichever are more.
     Links,
-    /// Fluid particles that wait for a kernel of their own: room for all, though they are few.
+    /// Fluid particles, or bricks with some, that wait for a kernel of their own: room for all, though they are few.
     Waiting,
     /// Bricks of 4 x 4 x 4 cells, where particles lie brick by brick.
     Bricks,
@@ -450,13 +450,19 @@ pub const CATALOGUE: &[Buffer] = &[
         1,
         "the particle, then ghost, before each in the chain of its cell, counted from 1",
     ),
-    buffer("held", Scratch, Waiting, 1, "numbers of the particles that wait for a kernel of their own"),
+    buffer(
+        "held",
+        Scratch,
+        Waiting,
+        1,
+        "numbers of the particles, or of bricks with some, that wait for a kernel of their own",
+    ),
     buffer(
         "held_groups",
         Scratch,
         One,
         8,
-        "of even steps, then of odd ones: workgroups along x, y and z for the particles that wait, and their number",
+        "of even steps, then of odd ones: workgroups along x, y and z for those who wait, and their number",
     ),
     buffer("bricks_xy", Scratch, Rooms, 2, "x and y of the particles, brick by brick"),
     buffer("bricks_zu", Scratch, Rooms, 2, "z and v_x of the particles, brick by brick"),

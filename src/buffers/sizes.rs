@@ -42,7 +42,7 @@ pub struct Sizes {
     pub box_edge: u64,
     /// Bins of the pair search; 0 where squirmers are few.
     pub bins: u64,
-    /// Particles that may wait for a kernel of their own: all, or 0 where none does.
+    /// Particles, or bricks with some, that may wait for a kernel of their own: all, or 0 where none does.
     pub waiting: u64,
     /// Particles that two bricks have room for together, where particles lie brick by brick; else 0.
     pub room: u64,

@@ -6,7 +6,7 @@ use super::{Gpu, GpuError};
 use crate::buffers::{Extent, Now, STEPS_AHEAD, Sizes};
 use crate::graph::fused::{Item, Occasion, ahead, bricks, items, joint, sifted, walked};
 use crate::graph::{Plan, beside, constants, in_turn, small};
-use crate::shader::{Lanes, Module, Over, settings_name};
+use crate::shader::{Lanes, Module, Over, Route, settings_name};
 use crate::stages::Entry;
 use std::collections::HashMap;
 
@@ -127,11 +127,15 @@ impl Fused {
             made.push(Made { item, kernel, label });
         }
         let held_groups = buffers.get("held_groups").map(|parts| parts[0].clone());
-        if held_groups.is_some() {
-            // Both lists are empty, and one workgroup deep.
+        Ok(Self { every: ordered.every, made, orders: ordered.orders, ahead: ordered.ahead, held_groups })
+    }
+
+    /// Before a submission: nobody waits for a kernel of its own. Within one a step empties the list of the next.
+    pub(super) fn empty_lists(&self, gpu: &Gpu, buffers: &Buffers) {
+        if self.held_groups.is_some() {
+            // Workgroups along x, y and z, and how many wait, in even steps and in odd ones.
             buffers.write(gpu, "held_groups", 0, bytemuck::cast_slice(&[0u32, 1, 1, 0, 0, 1, 1, 0]));
         }
-        Ok(Self { every: ordered.every, made, orders: ordered.orders, ahead: ordered.ahead, held_groups })
     }
 
     fn order(&self, occasion: Occasion, step: u64) -> &[usize] {
@@ -156,12 +160,16 @@ impl Fused {
             let made = &self.made[*k];
             let members = made.item.members();
             let member = members.iter().find(|m| m.now).unwrap_or(&members[0]);
-            // The lists of particles that wait go by the step, and nothing there draws random numbers of the one before.
-            let lists = matches!(made.item, Item::Sifted(_) | Item::Held(_));
+            // Lists of who waits go by the step, and nothing there draws random numbers of the one before, unless cells make their operators first.
+            let lists = match &made.item {
+                Item::Sifted(_) | Item::Held(_) | Item::Bricks(_, Route::Held) => true,
+                Item::Bricks(members, Route::Sift) => members[0].phase.over == Extent::Particles,
+                _ => false,
+            };
             let now = Now::at(if member.late && !lists { step - 1 } else { step }, member.repetition);
             match (&made.item, &self.held_groups) {
-                (Item::Held(_), Some(groups)) => {
-                    made.kernel.dispatch_as_told(pass, (now, step), (groups, 16 * (step % 2)));
+                (Item::Held(_) | Item::Bricks(_, Route::Held), Some(groups)) => {
+                    made.kernel.dispatch_as_told(pass, now, (side, step), (groups, 16 * (step % 2)));
                 }
                 _ => made.kernel.dispatch(pass, now, (side, step)),
             }

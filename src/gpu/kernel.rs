@@ -179,10 +179,11 @@ impl Kernel {
     pub(super) fn dispatch_as_told(
         &self,
         pass: &mut wgpu::ComputePass<'_>,
-        (now, step): (Now, u64),
+        now: Now,
+        (turned, step): (bool, u64),
         (groups, place): (&View, u64),
     ) {
-        self.set(pass, now, (false, step));
+        self.set(pass, now, (turned, step));
         let (buffer, place) = groups.at(place);
         pass.dispatch_workgroups_indirect(buffer, place);
     }

@@ -191,6 +191,9 @@ impl Session {
             Steps::Fused(_) => (self.step + 1, steps > 1),
         };
         let timing = self.timing.as_ref().filter(|_| watched && one);
+        if let Steps::Fused(fused) = &self.steps {
+            fused.empty_lists(&self.gpu, &self.buffers);
+        }
         {
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
             for step in self.step..self.step + steps {

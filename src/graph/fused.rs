@@ -40,6 +40,7 @@ pub fn sizes(plan: &Plan, particles: u64, gathering: Option<Gathering>) -> Sizes
         return if may { at_once(chains) } else { chains };
     }
     let bricks = Sizes { room: packed::brick_room(&plan.system), ..sizes };
+    let bricks = Sizes { waiting: bricks.count(Extent::Bricks), ..bricks };
     if fit_for_bricks(plan, &bricks) { at_once(bricks) } else { waiting_in(plan, sizes) }
 }
 

@@ -78,8 +78,14 @@ fn made_and_kept(parts: &[Part<'_>], kept: bool) -> Vec<String> {
 /// A brick's particles, moved on. The last part of those who stay is replaced by what settles them. `made`: parts that make the operators first,
 /// of the step before.
 fn each_brick((made, kept): (&[Part<'_>], bool), parts: &[Part<'_>], route: Route) -> Vec<String> {
+    let began = match route {
+        Route::Held => {
+            "for (var k = index; k < held_groups[held_list(now.step_low) + 3u]; k += groups.x) { let index = held[k];"
+        }
+        _ => "if index * BRICK_CELLS >= system.cell_count { return; }",
+    };
     let head = [
-        "if index * BRICK_CELLS >= system.cell_count { return; }",
+        began,
         if route == Route::Leave { "" } else { "clear_going(lane);" },
         if made.is_empty() { "" } else { "clear_sums(lane, BRICK_LANES);" },
         "let count = particles_of_brick(index, lane);",
@@ -132,8 +138,18 @@ fn each_brick((made, kept): (&[Part<'_>], bool), parts: &[Part<'_>], route: Rout
         each(&format!("arrive(what#, p#, place, slot_of(index, NTH), {step});")),
         "}".to_owned(),
     ]);
-    let left = if route == Route::Sift { "atomicLoad(&held_back)" } else { "0u" };
-    lines.push(format!("if lane == 0u {{ atomicStore(&brick_counts[index], {left}); }}"));
+    lines.extend(match route {
+        Route::Sift => vec![
+            format!("if index == 0u && lane == 0u {{ empty_other_list({step}); }}"),
+            "if lane == 0u {".to_owned(),
+            "    let left = atomicLoad(&held_back);".to_owned(),
+            "    atomicStore(&brick_counts[index], left);".to_owned(),
+            format!("    if left > 0u {{ enlist(index, 1u, {step}); }}"),
+            "}".to_owned(),
+        ],
+        Route::Held => vec!["if lane == 0u { atomicStore(&brick_counts[index], 0u); }".to_owned(), "}".to_owned()],
+        _ => vec!["if lane == 0u { atomicStore(&brick_counts[index], 0u); }".to_owned()],
+    });
     lines
 }
 
@@ -188,11 +204,11 @@ fn first_rare(parts: &[Part<'_>]) -> usize {
 fn each_sifted(parts: &[Part<'_>]) -> Vec<String> {
     let lines = [
         "let i = index;".to_owned(),
-        "if i == 0u { empty_other_list(); }".to_owned(),
+        "if i == 0u { empty_other_list(now.step_low); }".to_owned(),
         "if i >= system.particle_count { return; }".to_owned(),
         "var p = particle_at(i); var q: Particle; var held = false;".to_owned(),
         sifting(parts),
-        "if held { hold(i); } else { p = q; }".to_owned(),
+        "if held { enlist(i, WORKGROUP, now.step_low); } else { p = q; }".to_owned(),
         "store_particle(i, p);".to_owned(),
     ];
     lines.to_vec()
@@ -200,7 +216,7 @@ fn each_sifted(parts: &[Part<'_>]) -> Vec<String> {
 
 fn each_held(parts: &[Part<'_>]) -> Vec<String> {
     let lines = [
-        "for (var k = index; k < held_groups[held_list() + 3u]; k += WORKGROUP * groups.x) {".to_owned(),
+        "for (var k = index; k < held_groups[held_list(now.step_low) + 3u]; k += WORKGROUP * groups.x) {".to_owned(),
         "    let i = held[k];".to_owned(),
         "    var p = particle_at(i);".to_owned(),
         format!("    {}", moves(parts)),

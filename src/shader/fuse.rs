@@ -159,7 +159,15 @@ pub fn fuse(parts: &[Part<'_>], over: Over, lanes: Lanes) -> Result<Module, Shad
                 let types = OVERLAYS[1].guests.into_iter().zip(["array<vec4<u32>>", "array<vec2<f32>>"]);
                 bindings.extend(types.map(|(name, ty)| Bound::storage(name, "read_write", ty)));
             }
-            let made = [(cells > 0).then_some("operator-brick"), kept.then_some("operator-store")];
+            let waits = match route {
+                Route::Sift => Some("held-store"),
+                Route::Held => Some("held"),
+                _ => None,
+            };
+            if waits.is_some() {
+                bindings.extend(held_bindings(route == Route::Sift));
+            }
+            let made = [waits, (cells > 0).then_some("operator-brick"), kept.then_some("operator-store")];
             [row].into_iter().chain(made.into_iter().flatten()).map(str::to_owned).collect()
         }
         Over::Walked { kept, .. } => {

@@ -102,6 +102,9 @@ impl Item {
             Item::Bricks(_, route) => {
                 uses.retain(|u| !self.keeps(&u.buffer));
                 moved_in_bricks(&mut uses, *route);
+                if *route == Route::Sift {
+                    uses.extend(waiting(true));
+                }
             }
             Item::Sifted(_) => uses.extend(waiting(true)),
             // They are few, and count among all before.
@@ -202,7 +205,7 @@ impl Item {
 /// The row of all particles.
 pub(super) const ROW: [&str; 2] = OVERLAYS[0].guests;
 
-/// The list of particles that wait for the next kernel.
+/// The list of those who wait for the next kernel.
 fn waiting(write: bool) -> [Use; 2] {
     ["held", "held_groups"].map(|name| Use::whole(name, !write, write))
 }
