@@ -189,8 +189,16 @@ shared! {
         inverse_mixed: f32,
         /// Particles that two bricks of 4 x 4 x 4 cells have room for together.
         room: u32,
+        /// Unit of impulses and of ghosts' velocities in fixed point: the power of two next to the thermal speed.
+        impulse_unit: f32,
+        /// 1 / impulse_unit.
+        inverse_impulse_unit: f32,
         /// Not used.
         pad: u32,
+        /// Not used.
+        pad_too: u32,
+        /// Not used.
+        pad_again: u32,
     }
 }
 

@@ -165,7 +165,7 @@ fn every_case_is_a_plan_without_errors() {
 
 #[test]
 fn an_adapter_that_is_too_small_says_so_at_the_size_of_the_box() {
-    let (code, out, err) = bench(&["energy", "--set", "box.size=[500,500,500]", "--set", "fluid.density=0.1"]);
+    let (code, out, err) = bench(&["slit", "--set", "box.size=[500,500,500]", "--set", "fluid.density=0.1"]);
     if out.contains("llvmpipe") {
         assert!(err.contains("binds 32 at most") && err.contains("--set box.size"), "{err}");
         assert_eq!(code, 2, "{err}");

@@ -71,7 +71,7 @@ fn shown(session: &Session) -> (String, Vec<Vec<u32>>, [glam::DVec3; 2]) {
     let read = |name: &str| session.read::<u32>(name).expect("readable");
     let there: Vec<&str> = session.buffers().map(|(name, _)| name).collect();
     let others = ["steric", "fluid_force", "impulses", "wall_shear", "wall_sums"].iter().filter(|n| there.contains(n));
-    let walls = squirm::state::packed::wall_impulses(&read("wall_impulses"));
+    let walls = squirm::state::packed::wall_impulses(session.system(), &read("wall_impulses"));
     (session.raw().expect("readable").digest(), others.map(|n| read(n)).collect(), walls)
 }
 

@@ -44,7 +44,8 @@ fn left(gpu: &Gpu, path: &Path, sets: &[String], form: Form) -> (String, Vec<u32
         session.advance(steps, false);
         session.wait().expect("done");
     }
-    let walls = squirm::state::packed::wall_impulses(&session.read("wall_impulses").expect("readable"));
+    let walls =
+        squirm::state::packed::wall_impulses(&loaded.plan.system, &session.read("wall_impulses").expect("readable"));
     (session.raw().expect("readable").digest(), session.read("fluid_force").expect("readable"), walls)
 }
 

@@ -11,8 +11,8 @@ fn take_impulse(squirmer: u32, component: u32) -> f32 {
 
 // `first` starts the step's account of the fluid's force and torque afresh.
 fn absorb_impulse(i: u32, first: bool) {
-    let force = vec3<f32>(take_impulse(i, 0u), take_impulse(i, 1u), take_impulse(i, 2u)) * (1.0 / FORCE_SCALE);
-    let torque = vec3<f32>(take_impulse(i, 3u), take_impulse(i, 4u), take_impulse(i, 5u)) * (1.0 / TORQUE_SCALE);
+    let force = vec3<f32>(take_impulse(i, 0u), take_impulse(i, 1u), take_impulse(i, 2u)) * (system.impulse_unit / FORCE_SCALE);
+    let torque = vec3<f32>(take_impulse(i, 3u), take_impulse(i, 4u), take_impulse(i, 5u)) * (system.impulse_unit / TORQUE_SCALE);
     let kind = species[squirmers[i].species];
     if kind.held == 0u {
         squirmers[i].velocity += force / kind.mass;

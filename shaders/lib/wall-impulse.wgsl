@@ -1,4 +1,4 @@
-// Adds to the momentum that the walls have received. The including file binds `wall_impulses` as atomics.
+// Adds to the momentum that the walls have received. The including file binds `system`, and `wall_impulses` as atomics.
 //!include wide
 const WALL_SCALE: f32 = 1048576.0;
 
@@ -15,7 +15,7 @@ fn add_wide_wall_impulse(spread: u32, wall: u32, k: u32, share: vec2<u32>) {
 
 fn add_wall_impulse(spread: u32, wall: u32, momentum: vec3<f32>) {
     for (var k = 0u; k < 3u; k++) {
-        let added = i32(round(momentum[k] * WALL_SCALE));
+        let added = i32(round(momentum[k] * (WALL_SCALE * system.inverse_impulse_unit)));
         add_wide_wall_impulse(spread, wall, k, vec2<u32>(bitcast<u32>(added), bitcast<u32>(added >> 31u)));
     }
 }

@@ -56,13 +56,14 @@ fn draw(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups
     if whose.there {
         let kind = species[squirmers[i].species];
         let g = drawn_ghost(i, whose.index, kind, squirmers[i].orientation, settings.continued == 1u);
-        let v = g.slip + g.random;
-        ghosts[k] = vec4<f32>(g.s, v.x);
-        ghosts_yz[k] = v.yz;
+        let all = g.slip + g.random;
+        ghosts[k] = vec4<f32>(g.s, all.x);
+        ghosts_yz[k] = all.yz;
         if settings.equipartition == 1u {
+            let v = g.random * system.inverse_impulse_unit;
             collect3(lane, 0u, fixed3(g.s * SUM_SCALE));
-            collect3(lane, 3u, fixed3(g.random * SUM_SCALE));
-            collect3(lane, 6u, fixed3(cross3(g.s, g.random) * SUM_SCALE));
+            collect3(lane, 3u, fixed3(v * SUM_SCALE));
+            collect3(lane, 6u, fixed3(cross3(g.s, v) * SUM_SCALE));
             collect3(lane, 9u, fixed3(g.s * g.s * SUM_SCALE));
             collect3(lane, 12u, fixed3(vec3<f32>(g.s.x * g.s.y, g.s.x * g.s.z, g.s.y * g.s.z) * SUM_SCALE));
         }
@@ -98,8 +99,8 @@ fn prepare(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) gro
     if settings.equipartition == 1u {
         let n = f32(kind.ghosts);
         let s = ghost_sum3(i, 0u) / n;
-        let v = ghost_sum3(i, 3u) / n;
-        let l = ghost_sum3(i, 6u) - n * cross3(s, v);
+        let v = system.impulse_unit * ghost_sum3(i, 3u) / n;
+        let l = system.impulse_unit * ghost_sum3(i, 6u) - n * cross3(s, v);
         var c: Symmetric;
         c.diagonal = ghost_sum3(i, 9u) - n * s * s;
         c.mixed = ghost_sum3(i, 12u) - n * vec3<f32>(s.x * s.y, s.x * s.z, s.y * s.z);

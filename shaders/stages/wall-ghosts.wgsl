@@ -115,6 +115,10 @@ fn receive(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) gro
         }
     }
     workgroupBarrier();
+    // Workgroups in rows of 65,535 may be more than there are tiles.
+    if first.wall > 1u {
+        return;
+    }
     if lane < 3u {
         add_wide_wall_impulse(i / WORKGROUP, first.wall, lane, collected(lane));
     } else if lane < 6u && !mixed && settings.continued == 1u {

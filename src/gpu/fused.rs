@@ -5,6 +5,7 @@ use super::kernel::{Kernel, compile, groups, settings};
 use super::{Gpu, GpuError};
 use crate::buffers::{Extent, Now, STEPS_AHEAD, Sizes};
 use crate::graph::fused::{Item, Occasion, ahead, bricks, items, joint, sifted, walked};
+use crate::graph::kernels::APPLY;
 use crate::graph::{Plan, beside, constants, in_turn, small};
 use crate::shader::{Lanes, Module, Over, Route, settings_name};
 use crate::stages::Entry;
@@ -20,6 +21,8 @@ struct Made {
 /// The kernels of every order that a run needs.
 pub(super) struct Fused {
     every: Vec<u64>,
+    /// Index of the stage that applies the collision.
+    apply: usize,
     made: Vec<Made>,
     orders: HashMap<(Occasion, u64), Vec<usize>>,
     /// What is done beforehand for the steps to come.
@@ -127,7 +130,8 @@ impl Fused {
             made.push(Made { item, kernel, label });
         }
         let held_groups = buffers.get("held_groups").map(|parts| parts[0].clone());
-        Ok(Self { every: ordered.every, made, orders: ordered.orders, ahead: ordered.ahead, held_groups })
+        let apply = plan.stages.iter().position(|s| s.entry.kind == APPLY).unwrap_or(plan.stages.len());
+        Ok(Self { every: ordered.every, apply, made, orders: ordered.orders, ahead: ordered.ahead, held_groups })
     }
 
     /// Before a submission: nobody waits for a kernel of its own. Within one a step empties the list of the next.
@@ -139,7 +143,9 @@ impl Fused {
     }
 
     fn order(&self, occasion: Occasion, step: u64) -> &[usize] {
-        let runs = |(i, n): (usize, &u64)| u64::from(*n > 1 && step.is_multiple_of(*n)) << i;
+        // What follows the collision is the step's before, once that comes with the next.
+        let of = |i: usize| if occasion == Occasion::Next && i > self.apply { step - 1 } else { step };
+        let runs = |(i, n): (usize, &u64)| u64::from(*n > 1 && of(i).is_multiple_of(*n)) << i;
         &self.orders[&(occasion, self.every.iter().enumerate().map(runs).sum())]
     }
 

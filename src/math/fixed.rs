@@ -26,6 +26,12 @@ pub struct Scales {
     pub mixed: f64,
 }
 
+/// The power of two next to the thermal speed sqrt(kT/m): the unit in which velocities and impulses are counted.
+#[must_use]
+pub fn thermal_unit(temperature: f64) -> f64 {
+    temperature.sqrt().log2().round().exp2()
+}
+
 impl Scales {
     /// Scales for a mean density (particles per cell) and temperature (kT).
     #[must_use]
@@ -33,8 +39,7 @@ impl Scales {
         // Twelve standard deviations of a Poisson law above the mean, and room for a few particles in an empty fluid.
         let wanted = density + 12.0 * density.sqrt() + 40.0;
         let max_count = wanted.log2().ceil().exp2();
-        // Velocities are counted in units of a power of two near the thermal speed.
-        let thermal = temperature.sqrt().log2().round().exp2();
+        let thermal = thermal_unit(temperature);
         let q_max = 4096.0; // 2^32 / 2^20, in units of thermal^2
         let fit = |bound: f64| (2f64.powi(31) / bound).log2().ceil().exp2() / 2.0;
         Self {

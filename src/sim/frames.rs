@@ -66,7 +66,7 @@ impl Frame {
             torque: loads(4),
             squirmers: packed::unpack_squirmers(system, &states),
             unwrapped,
-            wall_impulses: packed::wall_impulses(&parts.get::<u32>("wall_impulses")),
+            wall_impulses: packed::wall_impulses(system, &parts.get::<u32>("wall_impulses")),
             faults: parts.get::<u32>("faults"),
             fields: parts.get("fields"),
             samples: parts.get("samples"),

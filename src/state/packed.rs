@@ -2,7 +2,7 @@
 
 use super::{Domain, Particle, Squirmer, State, System};
 use crate::buffers::{SMALLEST_PATCH, Sizes, SpeciesUniform, SquirmerState, SystemUniform, WALL_TILE};
-use crate::math::fixed::Scales;
+use crate::math::fixed::{Scales, thermal_unit};
 use glam::{DQuat, DVec3};
 
 const TURN: f64 = 4_294_967_296.0;
@@ -141,7 +141,7 @@ pub fn pack_species(system: &System) -> Vec<SpeciesUniform> {
         .collect()
 }
 
-/// Units of the wall impulses per sqrt(m kT) (`shaders/lib/wall-impulse.wgsl`).
+/// Units of the wall impulses for a thermal speed of 1 (`shaders/lib/wall-impulse.wgsl`).
 const WALL_SCALE: f64 = 1_048_576.0;
 
 /// A 64-bit sum (low word, high word) as f64.
@@ -151,14 +151,15 @@ pub fn wide(words: &[u32]) -> f64 {
     ((u64::from(words[1]) << 32) | u64::from(words[0])).cast_signed() as f64
 }
 
-/// Momentum that the low and the high wall have received since the start, sqrt(m kT), from the partial sums of three 64-bit numbers
+/// Momentum that the low and the high wall have received since the start, in m a/tau, from the partial sums of three 64-bit numbers
 /// per wall.
 #[must_use]
-pub fn wall_impulses(words: &[u32]) -> [DVec3; 2] {
+pub fn wall_impulses(system: &System, words: &[u32]) -> [DVec3; 2] {
+    let unit = thermal_unit(system.fluid.temperature);
     let mut received = [DVec3::ZERO; 2];
     for partial in words.chunks_exact(12) {
         for (k, pair) in partial.chunks_exact(2).enumerate() {
-            received[k / 3][k % 3] += wide(pair) / WALL_SCALE;
+            received[k / 3][k % 3] += wide(pair) * unit / WALL_SCALE;
         }
     }
     received
@@ -290,7 +291,11 @@ pub fn system_uniform(system: &System, given: &Sizes) -> SystemUniform {
         inverse_second: (1.0 / scales.second) as f32,
         inverse_mixed: (1.0 / scales.mixed) as f32,
         room: small(room),
+        impulse_unit: thermal_unit(system.fluid.temperature) as f32,
+        inverse_impulse_unit: (1.0 / thermal_unit(system.fluid.temperature)) as f32,
         pad: 0,
+        pad_too: 0,
+        pad_again: 0,
     }
 }
 

@@ -13,7 +13,7 @@ fn energy(state: &State) -> f64 {
 
 /// What the walls received since the start.
 fn received(session: &Session) -> [DVec3; 2] {
-    packed::wall_impulses(&session.read("wall_impulses").expect("words"))
+    packed::wall_impulses(session.system(), &session.read("wall_impulses").expect("words"))
 }
 
 /// 10,000 steps without a thermostat. A collision rounds the velocities of a cell's ten particles alike, by some 6e-8 each: without

@@ -216,7 +216,7 @@ impl Bench {
 
     /// Momentum that the low and the high wall received.
     pub fn wall_impulses(&self) -> [DVec3; 2] {
-        packed::wall_impulses(&self.words("wall_impulses"))
+        packed::wall_impulses(self.system(), &self.words("wall_impulses"))
     }
 }
 

@@ -22,4 +22,5 @@ mod squirmer_collide;
 mod squirmer_crowd;
 mod squirmer_fill;
 mod stream;
+mod units;
 mod wall_ghosts;

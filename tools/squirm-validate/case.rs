@@ -173,7 +173,7 @@ pub struct Case {
     pub title: &'static str,
     /// Set-up, theory and method in a few sentences; Markdown.
     pub about: &'static str,
-    /// What misses its tolerance in the committed report, and why; Markdown, empty if nothing does.
+    /// What misses its tolerance in the committed report, and why, or what else is to be said of it; Markdown, empty if there is nothing.
     pub remarks: &'static str,
     /// Charts.
     pub sheets: &'static [Sheet],

@@ -118,7 +118,7 @@ impl Fluid {
 
 /// Momentum that the low and the high wall have received since the start, sqrt(m kT).
 pub fn wall_impulses(session: &Session) -> Result<[DVec3; 2], Trouble> {
-    Ok(packed::wall_impulses(&session.read("wall_impulses")?))
+    Ok(packed::wall_impulses(session.system(), &session.read("wall_impulses")?))
 }
 
 /// Scales the velocities of a start at rest to exactly this temperature in kT: a rule that keeps the energy keeps what the draw of

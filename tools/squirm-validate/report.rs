@@ -25,7 +25,9 @@ pub fn write(folder: &Path, size: Size, cases: &[&Case], records: &[Record]) -> 
             write!(text, "\nNot measured: {}.\n", missing.join(", "))?;
         }
         if !case.remarks.is_empty() {
-            write!(text, "\nWhat misses: {}\n", case.remarks)?;
+            let misses = of_case.iter().flat_map(|r| &r.outcome.rows).any(|row| row.verdict(size) == Verdict::Miss);
+            let what = if misses { "What misses" } else { "Remark" };
+            write!(text, "\n{what}: {}\n", case.remarks)?;
         }
         for sheet in case.sheets {
             let curves = curves(&of_case, sheet.name);

@@ -33,7 +33,7 @@ pub(super) fn items(stages: &[Staged], occasion: Occasion, sizes: &Sizes) -> Res
         order.insert(0, led_by(cells, leaving));
         return Ok(Some(order));
     }
-    if order.pop() != Some(Item::Joint(cells.clone())) {
+    if order.pop() != Some(Item::Joint(cells.clone())) || order.iter().flat_map(Item::members).any(enters_bricks) {
         return Ok(None);
     }
     Ok(if occasion == Occasion::First { Some(order) } else { joined(order, &cells) })
@@ -42,6 +42,11 @@ pub(super) fn items(stages: &[Staged], occasion: Occasion, sizes: &Sizes) -> Res
 /// Whether it moves particles that lie in chains, none of which waits.
 fn moves_all(item: &Item) -> bool {
     matches!(item, Item::Joint(members) if members[0].phase.over == Extent::Particles)
+}
+
+/// Ghosts that enter bricks lie in those that the kernel would fill.
+fn enters_bricks(member: &Member) -> bool {
+    member.writes("brick_ghosts")
 }
 
 /// A kernel that moves particles, behind those over their cells.
