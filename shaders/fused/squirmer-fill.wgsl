@@ -26,8 +26,11 @@ fn tally(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) group
         return;
     }
     let k = invocation(group, groups, lane);
-    let cell = ghost_place(whose.squirmer, ghost_at(k).s, vec3<u32>(shift[0], shift[1], shift[2])).cell;
-    join_chain(chain_of(cell, shift[3]), k);
+    let s = ghost_at(k).s;
+    let place = ghost_place(whose.squirmer, s, vec3<u32>(shift[0], shift[1], shift[2]));
+    if may_meet(whose.squirmer, s, place.offset) {
+        join_chain(chain_of(place.cell, shift[3]), k);
+    }
 }
 
 // The sums over the ghosts in a cell's chain, which is left empty.

@@ -1,6 +1,7 @@
 // Ghost particles inside squirmers. The including file binds `system`, `species`, `squirmers`, `ghosts`, `ghosts_yz` and `ghost_motion`.
 //!include cells
 //!include exact
+//!include spheroid
 
 // Whose ghost an invocation has, its number there, and whether there is such a ghost.
 struct Whose {
@@ -37,4 +38,16 @@ fn moving_ghost(i: u32, g: Ghost) -> vec3<f32> {
 // On the grid moved so far.
 fn ghost_place(i: u32, s: vec3<f32>, moved: vec3<u32>) -> Place {
     return locate(squirmers[i].position + to_units(s), moved);
+}
+
+// Whether anything but its own squirmer's ghosts can be in a ghost's cell: not if the whole cell lies inside the hull. Collisions there change
+// neither momentum nor angular momentum, so that such ghosts need not take part. `s` as above, `offset` from the cell's centre. With c the centre in
+// units of the semi-axes b and h half a diagonal, |c + h|^2 <= |c|^2 + 2 c.h + 3/(4 b_min^2); 2 c.h is largest for the corner on c's side.
+fn may_meet(i: u32, s: vec3<f32>, offset: vec3<f32>) -> bool {
+    let b = hull(species[squirmers[i].species]);
+    let q = squirmers[i].orientation;
+    let c = turn_back(q, s - offset) / b;
+    let slope = abs(turn(q, c / b));
+    let least = min(b.x, b.z);
+    return dot3(c, c) + slope.x + slope.y + slope.z + 0.75 / (least * least) > 1.0;
 }

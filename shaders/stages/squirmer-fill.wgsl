@@ -126,7 +126,9 @@ fn fill(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups
     let i = whose.squirmer;
     let g = ghost_at(invocation(group, groups, lane));
     let place = ghost_place(i, g.s, vec3<u32>(shift[0], shift[1], shift[2]));
-    deposit(ONE_GHOST, place.cell, place.offset, moving_ghost(i, g), Witness(SITE_SQUIRMER_FILL, i, now.step_low));
+    if may_meet(i, g.s, place.offset) {
+        deposit(ONE_GHOST, place.cell, place.offset, moving_ghost(i, g), Witness(SITE_SQUIRMER_FILL, i, now.step_low));
+    }
 }
 
 // The momentum that the ghosts gain in the collision is the squirmer's.
@@ -138,11 +140,13 @@ fn receive(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) gro
     if whose.there {
         let g = ghost_at(invocation(group, groups, lane));
         let place = ghost_place(i, g.s, vec3<u32>(shift[0], shift[1], shift[2]));
-        let v = moving_ghost(i, g);
-        let gain = collided(operator_at(place.cell), place.offset, v) - v;
-        let by = Witness(SITE_SQUIRMER_FILL, i, now.step_low);
-        collect3(lane, 0u, impulse_fixed(gain, FORCE_SCALE, by));
-        collect3(lane, 3u, impulse_fixed(cross3(g.s, gain), TORQUE_SCALE, by));
+        if may_meet(i, g.s, place.offset) {
+            let v = moving_ghost(i, g);
+            let gain = collided(operator_at(place.cell), place.offset, v) - v;
+            let by = Witness(SITE_SQUIRMER_FILL, i, now.step_low);
+            collect3(lane, 0u, impulse_fixed(gain, FORCE_SCALE, by));
+            collect3(lane, 3u, impulse_fixed(cross3(g.s, gain), TORQUE_SCALE, by));
+        }
     }
     workgroupBarrier();
     if lane < 6u && i < system.squirmer_count {

@@ -100,7 +100,9 @@ impl Stage for SquirmerFill {
             scene.ghost_motion.push((linear, angular));
             for ghost in ghosts {
                 let (cell, offset) = scene.locate(system, squirmer_position(scene, owner) + ghost.arm);
-                scene.moments[cell].add_ghost(offset, ghost.velocity(linear, angular));
+                if may_meet(system, scene, owner, ghost.arm - offset) {
+                    scene.moments[cell].add_ghost(offset, ghost.velocity(linear, angular));
+                }
             }
         }
     }
@@ -113,12 +115,25 @@ impl Stage for SquirmerFill {
             for ghost in ghosts(params, system, scene, owner) {
                 let before = ghost.velocity(linear, angular);
                 let (cell, offset) = scene.locate(system, squirmer_position(scene, owner) + ghost.arm);
+                if !may_meet(system, scene, owner, ghost.arm - offset) {
+                    continue;
+                }
                 let impulse = scene.operators[cell].apply(offset, before) - before;
                 gained.force += impulse;
                 gained.torque += ghost.arm.cross(impulse);
             }
             absorb(system, scene, owner, gained);
         }
+    }
+}
+
+impl SquirmerFill {
+    /// All ghosts of a squirmer in the step that the reference has filled it for, those that meet nothing, too: where they are, seen from its
+    /// centre, and their velocities.
+    #[must_use]
+    pub fn drawn(&self, system: &System, scene: &Scene, owner: usize) -> Vec<(DVec3, DVec3)> {
+        let (linear, angular) = scene.ghost_motion[owner];
+        ghosts(self, system, scene, owner).iter().map(|g| (g.arm, g.velocity(linear, angular))).collect()
     }
 }
 
@@ -156,6 +171,18 @@ fn ghosts(params: &SquirmerFill, system: &System, scene: &Scene, owner: usize) -
         }
     };
     (0..species.ghosts(&system.fluid)).map(ghost).collect()
+}
+
+/// Whether anything but a squirmer's own ghosts can be in a cell with its centre so far from the squirmer's: not if all of the cell lies inside the hull.
+/// Collisions there change neither momentum nor angular momentum. A cell at c in units of the semi-axes b, with half diagonals h, has
+/// |c + h|^2 <= |c|^2 + 2 c.h + 3/(4 b_min^2).
+fn may_meet(system: &System, scene: &Scene, owner: usize, centre: DVec3) -> bool {
+    let squirmer = &scene.state.squirmers[owner];
+    let shape = system.species[squirmer.species].hull();
+    let axes = DVec3::new(shape.across, shape.across, shape.along);
+    let c = (squirmer.orientation.inverse() * centre) / axes;
+    let corner = (squirmer.orientation * (c / axes)).abs().element_sum();
+    c.length_squared() + corner + 0.75 / axes.min_element().powi(2) > 1.0
 }
 
 /// The rigid motion contained in the thermal velocities: mean velocity, angular velocity, centre of mass.
