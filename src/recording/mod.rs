@@ -18,14 +18,14 @@ mod shape;
 mod summary;
 mod verify;
 
-pub use cut::{Cut, cut};
+pub use cut::{Cut, cut, fluid_apart};
 pub use info::{FileInfo, Info, TopicInfo, info};
 pub use merge::merge;
 pub use provenance::{ATTACHMENT, METADATA, Provenance, run_metadata};
 pub use range::{Choice, Moment, Range};
 pub use recover::{Recovered, recover};
 pub use scan::{Channels, Chunk, Part, Scan, Schema};
-pub use segments::{FLUID, RUN, fluid_beside, segment, segments};
+pub use segments::{FLUID, RUN, fluid_beside, recordings, segment, segments};
 pub use series::{Read, Series};
 pub use verify::{Finding, Verdict, verify};
 

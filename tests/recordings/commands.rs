@@ -144,6 +144,35 @@ fn a_part_is_cut_out() {
     assert!(!dir.path().join("c.mcap").exists());
 }
 
+/// A folder means all that the run recorded: a fluid that is damaged must not pass as clean.
+#[test]
+fn a_folder_means_all_of_its_recordings() {
+    let dir = tempfile::tempdir().unwrap();
+    record(dir.path(), 1, 0..4);
+    says(dir.path(), &["verify", "."], 0, ".: clean: 20 whole chunks, 16 snapshots in 2 files");
+    says(dir.path(), &["info", "."], 0, "run.fluid.mcap: ");
+    says(dir.path(), &["info", "."], 0, "/squirm/particles");
+    let apart = "warning: the particles are not taken along: name their recording by itself, ./run.fluid.mcap";
+    says(dir.path(), &["cut", ".", "--out", "part.mcap"], 0, apart);
+    says(dir.path(), &["merge", ".", "--out", "whole.mcap"], 0, apart);
+    let particles = ["cut", ".", "--topics", "particles", "--out", "none.mcap"];
+    says(dir.path(), &particles, 2, "no snapshot of particles in that range; the particles are not taken along");
+    let path = dir.path().join("run.fluid.mcap");
+    let mut bytes = std::fs::read(&path).unwrap();
+    let chunk = mcap::Summary::read(&bytes).unwrap().unwrap().chunk_indexes[1].clone();
+    bytes[(chunk.chunk_start_offset + chunk.chunk_length - 9) as usize] ^= 4;
+    std::fs::write(&path, bytes).unwrap();
+    says(dir.path(), &["verify", "."], 1, ".: DAMAGED");
+    says(dir.path(), &["verify", "."], 1, "run.fluid.mcap, byte ");
+    says(dir.path(), &["info", "."], 0, "warning: ./run.fluid.mcap, byte ");
+    says(dir.path(), &["verify", "run.mcap"], 0, "clean");
+    // The fluid of another run does not belong there.
+    let other = tempfile::tempdir().unwrap();
+    record(other.path(), 2, 0..4);
+    std::fs::copy(other.path().join("run.fluid.mcap"), &path).unwrap();
+    says(dir.path(), &["verify", "."], 1, "comes from another run");
+}
+
 #[test]
 fn info_tells_what_there_is() {
     let dir = tempfile::tempdir().unwrap();

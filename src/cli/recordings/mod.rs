@@ -28,7 +28,7 @@ impl Part {
 /// Arguments of `squirm info`.
 #[derive(Debug, clap::Args)]
 pub struct InfoArgs {
-    /// A recording, with its later segments, or the folder of a run.
+    /// A recording, with its later segments, or the folder of a run, with all that it recorded.
     file: PathBuf,
     /// Print JSON.
     #[arg(long)]
@@ -38,7 +38,7 @@ pub struct InfoArgs {
 /// Arguments of `squirm verify`.
 #[derive(Debug, clap::Args)]
 pub struct VerifyArgs {
-    /// Recordings, each with its later segments, or folders of runs.
+    /// Recordings, each with its later segments, or folders of runs, with all that they recorded.
     #[arg(required = true)]
     files: Vec<PathBuf>,
 }
@@ -126,7 +126,8 @@ pub fn verify(args: &VerifyArgs) -> ExitCode {
         let (chunks, snapshots) = (verdict.chunks, verdict.snapshots);
         let word = if verdict.findings.is_empty() { "clean" } else { "DAMAGED" };
         verdict.findings.iter().for_each(|finding| say!("{finding}"));
-        print(&format!("{}: {word}: {chunks} whole chunks, {snapshots} snapshots\n", file.display()));
+        let of = if verdict.files.len() > 1 { format!(" in {} files", verdict.files.len()) } else { String::new() };
+        print(&format!("{}: {word}: {chunks} whole chunks, {snapshots} snapshots{of}\n", file.display()));
         if !verdict.findings.is_empty() {
             status = ExitCode::from(RUN_FAILED);
         }
@@ -166,11 +167,13 @@ pub fn cut(args: &CutArgs) -> ExitCode {
 
 /// Joins segments.
 pub fn merge(args: &MergeArgs) -> ExitCode {
-    let files = match &args.files[..] {
-        [one] => recording::segments(one),
-        several => Ok(several.to_vec()),
+    let (files, apart) = match &args.files[..] {
+        [one] => (recording::segments(one), recording::fluid_apart(one)),
+        several => (Ok(several.to_vec()), None),
     };
-    written(files.and_then(|files| recording::merge(&files, &args.out)), &args.out)
+    let mut done = files.and_then(|files| recording::merge(&files, &args.out));
+    done.iter_mut().for_each(|done| done.warnings.extend(apart.clone()));
+    written(done, &args.out)
 }
 
 fn written(done: Result<Cut, RecordingError>, out: &Path) -> ExitCode {
