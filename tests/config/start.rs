@@ -30,13 +30,14 @@ fn rows_are_particles() {
 
 #[test]
 fn wrong_rows_are_named_by_line() {
-    let table = "x,y,z,vx,vy,vz\n1,2,3,0,0,0\n1,2,3,0,0\n1,2,x,0,0,0\n1,2,3,0,nan,0\n1,20,3,0,0,0\n";
+    let table = "x,y,z,vx,vy,vz\n1,2,3,0,0,0\n1,2,3,0,0\n1,2,x,0,0,0\n1,2,3,0,nan,0\n1,20,3,0,0,0\n1,2,3,0,0,12\n1,2,3,0,0,-50\n";
     let found = start(table).expect_err("wrong rows");
     let parts = [
         "p.csv:3: the row has 5 values",
         "p.csv:4: `x` in column z is not a number",
         "p.csv:5: `nan` in column vy is not finite",
         "p.csv:6: y = 20 lies outside the box",
+        "p.csv:8: the speed 50 is above 12, the largest at this temperature",
     ];
     assert_eq!(found.len(), parts.len(), "{found:#?}");
     for (line, part) in found.iter().zip(parts) {
