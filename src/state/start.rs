@@ -8,6 +8,7 @@ mod stream;
 mod table;
 
 pub use image::{nearest_image, wrap};
+pub use place::{SURE, check, crowding, poses};
 pub use table::{from_csv, speed_problem};
 
 use super::{Particle, Squirmer, State, System};
