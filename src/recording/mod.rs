@@ -98,6 +98,14 @@ pub enum RecordingError {
         /// What the writer said.
         source: mcap::McapError,
     },
+    /// A range that ends before it begins.
+    #[error("the range is reversed: it begins at {from} and ends at {to}")]
+    Reversed {
+        /// Its beginning.
+        from: Moment,
+        /// Its end.
+        to: Moment,
+    },
     /// A request that selects nothing.
     #[error("{0}")]
     Nothing(String),

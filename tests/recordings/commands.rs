@@ -137,6 +137,9 @@ fn a_part_is_cut_out() {
         2,
         "no snapshot of any topic in that range",
     );
+    let reversed = "the range is reversed: it begins at step 10 and ends at step 5";
+    says(dir.path(), &["cut", "run.mcap", "--from", "10", "--to", "5", "--out", "c.mcap"], 2, reversed);
+    says(dir.path(), &["replay", "run.mcap", "--from", "10", "--to", "5"], 2, reversed);
     says(dir.path(), &["cut", "run.mcap", "--from", "5s", "--out", "c.mcap"], 2, "neither a step");
     says(dir.path(), &["cut", "run.mcap", "--every", "0", "--out", "c.mcap"], 2, "--every");
     says(dir.path(), &["cut", "absent.mcap", "--out", "c.mcap"], 2, "there is no recording absent.mcap");
@@ -265,6 +268,11 @@ fn a_state_is_exported_from_segments_and_never_from_damage() {
     let export = |out: &'static str| ["export", ".", "--topic", "particles", "--out", out];
     says(dir.path(), &export("last"), 0, "particles.csv: 50 rows, step 160");
     says(dir.path(), &[&export("at")[..], &["--at", "60"]].concat(), 0, "step 60");
+    says(dir.path(), &[&export("time")[..], &["--at", "3tau"]].concat(), 0, "step 60");
+    says(dir.path(), &[&export("no")[..], &["--at", "3.5tau"]].concat(), 1, "at 3.5 tau; the last is at step 160");
+    says(dir.path(), &[&export("no")[..], &["--at", "3s"]].concat(), 2, "neither a step, as in 2000, nor a time");
+    let reversed = ["--from", "5", "--until", "2"];
+    says(dir.path(), &[&export("no")[..], &reversed].concat(), 2, "the range is reversed: it begins at step 5");
     // The last snapshot must not silently become an older one.
     let path = dir.path().join("run.fluid.0001.mcap");
     let mut bytes = std::fs::read(&path).unwrap();

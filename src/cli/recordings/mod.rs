@@ -20,8 +20,11 @@ pub struct Part {
 
 impl Part {
     /// The range with every so many snapshots.
-    pub fn range(&self, every: u64) -> Range {
-        Range { from: self.from, to: self.to, every }
+    ///
+    /// # Errors
+    /// If it ends before it begins.
+    pub fn range(&self, every: u64) -> Result<Range, RecordingError> {
+        Range { from: self.from, to: self.to, every }.forward()
     }
 }
 
@@ -89,6 +92,7 @@ pub fn failed(error: &RecordingError) -> ExitCode {
         RecordingError::Absent(_)
         | RecordingError::Exists(_)
         | RecordingError::Foreign { .. }
+        | RecordingError::Reversed { .. }
         | RecordingError::Nothing(_) => WRONG_USAGE,
         _ => RUN_FAILED,
     })
@@ -162,7 +166,8 @@ pub fn recover(args: &RecoverArgs) -> ExitCode {
 
 /// Copies a part of a recording.
 pub fn cut(args: &CutArgs) -> ExitCode {
-    written(recording::cut(&args.file, &args.out, args.part.range(args.every), &args.topics), &args.out)
+    let range = args.part.range(args.every);
+    written(range.and_then(|range| recording::cut(&args.file, &args.out, range, &args.topics)), &args.out)
 }
 
 /// Joins segments.
