@@ -155,7 +155,8 @@ fn the_same_command_goes_on_to_a_later_end_and_then_says_that_it_is_finished() {
     good(folder.path(), &["--set", "fluid.density=3", "--quiet"]);
     assert_eq!(summary(&at("runs/f-2"))["speed"]["steps"], 60);
     let differs = ["--set", "fluid.density=3", "--set", "stage.rotate.angle=90", "--out", "runs/f"];
-    let parts = ["another configuration", "fluid.density was 4.0, now it is 3.0", "angle was 130.0, now it is 90.0"];
+    let parts =
+        ["another configuration", "fluid.density was 4.0, now it is 3.0", ".angle (rotate) was 130.0, now it is 90.0"];
     refused(folder.path(), &differs, 2, &parts);
     refused(folder.path(), &["--plan", "loose", "--out", "runs/f"], 2, &["--plan was fused, now it is loose"]);
     refused(folder.path(), &["--fresh", "--out", "runs/f"], 2, &["--fresh never overwrites"]);

@@ -27,9 +27,15 @@ fn command(folder: &Path, arguments: &[&str]) -> Output {
 fn check_prints_what_a_file_means() {
     let (code, out, err) = squirm(GOOD, &["check", "f.toml"]);
     assert_eq!((code, err.as_str()), (0, ""));
-    for part in
-        ["viscosity  eta", "Schmidt number", "512 cells, 5 120 particles", "GPU ", "disk ", " for 3 checkpoints of "]
-    {
+    for part in [
+        "viscosity  eta",
+        "(formula: ",
+        "Schmidt number",
+        "512 cells, 5 120 particles",
+        "GPU ",
+        "disk ",
+        " for 3 checkpoints of ",
+    ] {
         assert!(out.contains(part), "{part}: {out}");
     }
     let (_, out, _) = squirm(GOOD, &["check", "f.toml", "--set", "box.size=[16,8,8]"]);
@@ -135,4 +141,17 @@ fn very_many_errors_are_cut_short_and_very_long_lines_are_not_drawn() {
     let long = GOOD.replace("[8, 8, 8]", &format!("[8, 8, {} 8]", "1,".repeat(50_000)));
     let (code, _, err) = squirm(&long, &["check", "f.toml"]);
     assert!(code == 2 && err.contains("f.toml:5:8: error: "), "{err}");
+}
+
+/// A particle that the sums do not hold is the table's fault: it is told by its row, before anything is written.
+#[test]
+fn a_start_that_is_too_fast_is_status_two() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).expect("written");
+    write("f.toml", &format!("init = {{ from = \"p.csv\" }}\n{GOOD}"));
+    write("p.csv", "x,y,z,vx,vy,vz\n1,2,3,0,0,0\n1,2,3,50,0,0\n");
+    let output = command(folder.path(), &["run", "f.toml"]);
+    let err = String::from_utf8(output.stderr).expect("UTF-8");
+    assert_eq!(output.status.code(), Some(2), "{err}");
+    assert!(err.contains("p.csv:3: the speed 50 is above 12") && !folder.path().join("runs").exists(), "{err}");
 }

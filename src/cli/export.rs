@@ -3,7 +3,7 @@
 use super::recordings::Part;
 use super::{RUN_FAILED, WRONG_USAGE, print};
 use squirm::export::{ExportError, Exported, Selection, csv, gsd, npz, vtk, xyz};
-use squirm::recording::{RecordingError, segments};
+use squirm::recording::{Moment, RecordingError, segments};
 use squirm::wire::Kind;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -20,15 +20,15 @@ pub struct Args {
     /// Folder (csv, vtk) or file (gsd, xyz, npz) [default: csv, vtk, or the recording's name with another ending, beside it].
     #[arg(long, value_name = "PATH")]
     out: Option<PathBuf>,
-    /// The snapshot at this step [default: for csv the last one, of the scalars all; for other formats all].
-    #[arg(long, value_name = "STEP", conflicts_with_all = ["from", "to_moment", "every"])]
-    at: Option<u64>,
+    /// The snapshot at this step or time [default: for csv the last one, of the scalars all; for other formats all].
+    #[arg(long, value_name = "STEP|TIMEtau", conflicts_with_all = ["from", "to_moment", "every"])]
+    at: Option<Moment>,
     /// First step, as in 2000, or time, as in 12.5tau.
     #[arg(long, value_name = "STEP|TIMEtau")]
-    from: Option<squirm::recording::Moment>,
+    from: Option<Moment>,
     /// Last step or time, included.
     #[arg(long = "until", id = "to_moment", value_name = "STEP|TIMEtau")]
-    until: Option<squirm::recording::Moment>,
+    until: Option<Moment>,
     /// Only every Nth snapshot of each kind, the first one included.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     every: Option<u64>,
@@ -126,9 +126,13 @@ pub fn export(args: &Args) -> ExitCode {
         );
     }
     let selection = match (args.at, args.from, args.until, args.every) {
-        (Some(step), ..) => Selection::Step(step),
+        (Some(Moment::Step(step)), ..) => Selection::Step(step),
+        (Some(Moment::Time(time)), ..) => Selection::Time(time),
         (None, None, None, None) => Selection::Usual,
-        (None, from, to, every) => Selection::Range(Part { from, to }.range(every.unwrap_or(1))),
+        (None, from, to, every) => match (Part { from, to }).range(every.unwrap_or(1)) {
+            Ok(range) => Selection::Range(range),
+            Err(error) => return wrong(&error, "exchange --from and --until"),
+        },
     };
     let topics = if args.topic.is_empty() { args.to.usual() } else { args.topic.clone() };
     let out = args.out.clone().unwrap_or_else(|| args.to.beside(&recording));

@@ -112,7 +112,7 @@ enum Command {
     Schema,
     /// List the GPUs (and CPU drivers) that a run can use.
     Adapters,
-    /// Convert a recorded run to tables.
+    /// Convert a recorded run to tables (csv), or to what other tools read: gsd, xyz, vtk, npz.
     Export(export::Args),
     /// Say what a recording holds. Reads it from beginning to end.
     Info(recordings::InfoArgs),

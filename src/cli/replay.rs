@@ -53,7 +53,10 @@ fn positive(text: &str) -> Result<f64, String> {
 pub fn replay(args: &Args) -> ExitCode {
     let pace =
         if args.max { Pace::Max(Duration::from_secs_f64(args.patience.min(1e9))) } else { Pace::Speed(args.speed) };
-    let range = args.part.range(1);
+    let range = match args.part.range(1) {
+        Ok(range) => range,
+        Err(error) => return failed(&error),
+    };
     let (name, repeat, wait_for) = (args.name.clone(), args.repeat, args.wait_for);
     let signal = super::signals::first();
     let mut desk = Desk { keys: Keys::new(), signal: signal.clone(), quiet: args.quiet, waits: wait_for, line: false };

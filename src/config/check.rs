@@ -2,6 +2,7 @@
 
 use super::list::Listed;
 use super::node::Node;
+use super::room::{self, Place};
 use crate::buffers::{Extent, Sizes, find};
 use crate::diag::Diagnostic;
 use crate::graph::sizes::{contact_range, sizes};
@@ -18,14 +19,8 @@ pub const SOUND: f64 = 1.290_994_448_735_805_6;
 /// Mach number above which the fluid's compressibility shows.
 const MAX_MACH: f64 = 0.2;
 
-/// Largest volume fraction of bodies that a start without overlap can reach.
-const MAX_FRACTION: f64 = 0.6;
-
 /// Bytes of a species' name in a snapshot.
 const LONGEST_NAME: usize = 32;
-
-/// Largest rows of poses reported one by one.
-const SHOWN: usize = 5;
 
 /// Checks the physical system by itself.
 pub fn system(system: &System, root: &Node, found: &mut Vec<Diagnostic>) {
@@ -36,7 +31,7 @@ pub fn system(system: &System, root: &Node, found: &mut Vec<Diagnostic>) {
         named(species, &at, found);
         fits(species, system, &at, found);
         slip(species, system, &at, found);
-        poses(species, system, &at, found);
+        room::poses(species, system, &at, found);
         if let Some(first) = system.species[..index].iter().position(|s| s.name == species.name) {
             found.push(
                 Diagnostic::error(format!(
@@ -49,20 +44,8 @@ pub fn system(system: &System, root: &Node, found: &mut Vec<Diagnostic>) {
             );
         }
     }
-    fraction(system, root, found);
-}
-
-/// One `[[squirmers]]` of the file.
-struct Place<'a> {
-    root: &'a Node,
-    index: String,
-}
-
-impl Place<'_> {
-    fn of(&self, rest: &[&str]) -> crate::diag::Span {
-        let path: Vec<&str> = ["squirmers", &self.index].into_iter().chain(rest.iter().copied()).collect();
-        self.root.place(&path)
-    }
+    room::fraction(system, root, found);
+    room::places(system, root, found);
 }
 
 fn run(system: &System, root: &Node, found: &mut Vec<Diagnostic>) {
@@ -247,82 +230,6 @@ fn fastest_slip(species: &Species) -> f64 {
         shape.slip(species.b1, species.b1 * species.beta, species.rotlet, s, DVec3::Z).length()
     };
     (-100..=100).map(speed).fold(0.0, f64::max)
-}
-
-fn poses(species: &Species, system: &System, at: &Place<'_>, found: &mut Vec<Diagnostic>) {
-    let listed = species.start == "listed";
-    let Some(poses) = &species.poses else {
-        if listed {
-            found.push(
-                Diagnostic::error(format!("\"{}\" starts from listed poses, but there is no `poses`", species.name))
-                    .at(at.of(&["start"]), "needs `poses`")
-                    .help("add poses = [[x, y, z, ex, ey, ez], ...]"),
-            );
-        }
-        return;
-    };
-    if !listed {
-        found.push(
-            Diagnostic::error(format!("`poses` is given, but \"{}\" starts from \"{}\"", species.name, species.start))
-                .at(at.of(&["poses"]), "would be ignored")
-                .help("write start = \"listed\", or remove poses"),
-        );
-    }
-    if poses.len() != species.count as usize {
-        found.push(
-            Diagnostic::error(format!("`poses` has {} rows, but count is {}", poses.len(), species.count))
-                .at(at.of(&["poses"]), "rows")
-                .at(at.of(&["count"]), "count")
-                .help(format!("write count = {}, or give a row for each squirmer", poses.len())),
-        );
-    }
-    let problems = poses.iter().enumerate().filter_map(|(row, pose)| Some((row, pose_problem(species, system, pose)?)));
-    for (row, (message, help)) in problems.take(SHOWN) {
-        let place = at.of(&["poses", &row.to_string()]);
-        found.push(Diagnostic::error(message).at(place, "this pose").help(help));
-    }
-}
-
-/// What is wrong with one pose x, y, z, ex, ey, ez, and what to do.
-fn pose_problem(species: &Species, system: &System, pose: &[f64; 6]) -> Option<(String, String)> {
-    for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
-        let edge = system.domain.size[axis];
-        if !(0.0..f64::from(edge)).contains(&pose[axis]) {
-            let message = format!("{name} = {} lies outside the box", pose[axis]);
-            return Some((message, format!("give a position with 0 <= {name} < {edge}")));
-        }
-    }
-    let length2: f64 = pose[3..].iter().map(|e| e * e).sum();
-    if length2 < 1e-12 {
-        return Some(("the axis is zero and gives no direction".into(), "give ex, ey, ez of any other length".into()));
-    }
-    if system.domain.walls.is_some() {
-        // Half height of a spheroid above a plane (the support function of an ellipsoid along y).
-        let (along, across) = (species.semi_axes.along, species.semi_axes.across);
-        let ey2 = pose[4] * pose[4] / length2;
-        let half = (across * across * (1.0 - ey2) + along * along * ey2).sqrt();
-        let top = f64::from(system.domain.size[1]);
-        if pose[1] < half || pose[1] > top - half {
-            let message = format!("the body reaches through a wall: y = {}, half height {half:.2}", pose[1]);
-            return Some((message, format!("give a position with {half:.2} <= y <= {:.2}", top - half)));
-        }
-    }
-    None
-}
-
-fn fraction(system: &System, root: &Node, found: &mut Vec<Diagnostic>) {
-    let fraction = 1.0 - system.fluid_volume() / system.domain.volume();
-    if fraction > MAX_FRACTION {
-        found.push(
-            Diagnostic::error(format!(
-                "the squirmers fill {:.0} % of the box, so they cannot be placed",
-                100.0 * fraction
-            ))
-            .at(root.place(&["squirmers", "0", "count"]), "too many")
-            .at(root.place(&["box", "size"]), "for this box")
-            .help(format!("stay below {:.0} %", 100.0 * MAX_FRACTION)),
-        );
-    }
 }
 
 /// Checks the system against the stages.

@@ -27,6 +27,8 @@ pub struct Meaning {
     pub name: String,
     /// Fluid particles.
     pub particles: u64,
+    /// Fluid particles per a^3 at the start, and as declared; they differ where a table makes the start.
+    pub density: [f64; 2],
     /// Collision cells.
     pub cells: u64,
     /// Steps, time step, temperature.
@@ -80,10 +82,15 @@ pub struct SpeciesMeaning {
 
 /// What a loaded file means.
 #[must_use]
+#[allow(clippy::cast_precision_loss)]
 pub fn meaning(loaded: &Loaded) -> Meaning {
     let Loaded { plan, particles, .. } = loaded;
     let system = &plan.system;
-    let transport = rule(plan).map(|rule| rule.transport());
+    let density = match &system.init.from {
+        Some(_) => *particles as f64 / system.fluid_volume(),
+        None => system.fluid.density,
+    };
+    let transport = rule(plan, density).map(|rule| rule.transport());
     // As on a GPU.
     let elements = graph::fused::sizes(plan, *particles, None);
     let bound = graph::fused::bound(plan, &elements).unwrap_or_default();
@@ -98,18 +105,19 @@ pub fn meaning(loaded: &Loaded) -> Meaning {
         (Some(walls), Some(t)) if walls.condition == "no-slip" => {
             let g = system.fluid.acceleration[0].hypot(system.fluid.acceleration[2]);
             // Poiseuille: u_max = gamma g L^2/(8 eta).
-            system.fluid.density * g * f64::from(system.domain.size[1]).powi(2) / (8.0 * t.viscosity)
+            density * g * f64::from(system.domain.size[1]).powi(2) / (8.0 * t.viscosity)
         }
         _ => 0.0,
     };
     Meaning {
         name: plan.name.clone(),
         particles: *particles,
+        density: [density, system.fluid.density],
         cells: system.domain.cells().iter().map(|n| u64::from(*n)).product(),
         run: (system.run.steps, system.run.dt, system.fluid.temperature),
         transport,
         flow_speed,
-        species: (0..system.species.len()).map(|i| species(plan, i, transport)).collect(),
+        species: (0..system.species.len()).map(|i| species(plan, i, density, transport)).collect(),
         volume_fraction: 1.0 - system.fluid_volume() / system.domain.volume(),
         bins: bins(system),
         memory,
@@ -121,25 +129,18 @@ pub fn meaning(loaded: &Loaded) -> Meaning {
 }
 
 /// The collision rule of the list, if it rotates.
-fn rule(plan: &Plan) -> Option<Rule> {
+fn rule(plan: &Plan, density: f64) -> Option<Rule> {
     let rotate = plan.stages.iter().find(|s| s.entry.kind == "rotate")?;
     let angle = match rotate.values.get("angle") {
         Some(Value::Float(angle)) => *angle,
         _ => return None,
     };
-    let fluid = &plan.system.fluid;
     let angular_momentum = plan.stages.iter().any(|s| restores(s.entry.kind, &s.values).0);
-    let rule = Rule {
-        density: fluid.density,
-        temperature: fluid.temperature,
-        dt: plan.system.run.dt,
-        angle,
-        angular_momentum,
-    };
-    (fluid.density > 0.0 && angle > 0.0).then_some(rule)
+    let (temperature, dt) = (plan.system.fluid.temperature, plan.system.run.dt);
+    (density > 0.0 && angle > 0.0).then_some(Rule { density, temperature, dt, angle, angular_momentum })
 }
 
-fn species(plan: &Plan, index: usize, transport: Option<Transport>) -> SpeciesMeaning {
+fn species(plan: &Plan, index: usize, density: f64, transport: Option<Transport>) -> SpeciesMeaning {
     let (system, species) = (&plan.system, &plan.system.species[index]);
     let shape = species.spheroid();
     let friction = Friction::of(shape);
@@ -157,7 +158,7 @@ fn species(plan: &Plan, index: usize, transport: Option<Transport>) -> SpeciesMe
         mass: f64::from(species.ghosts(&system.fluid)),
         speed,
         mach: speed.abs() / (SOUND * temperature.sqrt()),
-        reynolds: transport.filter(|_| active).map(|t| system.fluid.density * speed.abs() * longest / t.viscosity),
+        reynolds: transport.filter(|_| active).map(|t| density * speed.abs() * longest / t.viscosity),
         peclet: diffusion.filter(|_| active).map(|d| speed.abs() / (2.0 * longest * d[3])),
         friction,
         diffusion,
@@ -246,14 +247,27 @@ impl fmt::Display for Meaning {
         let time = steps as f64 * dt;
         writeln!(f, "  run        {} steps of {dt} tau = {time} tau", grouped(steps))?;
         writeln!(f, "  size       {} cells, {} particles", grouped(self.cells), grouped(self.particles))?;
+        let [density, declared] = self.density;
+        if (density - declared).abs() > 0.05 * declared {
+            writeln!(
+                f,
+                "             {density:.4} particles per a^3 in the table; ghosts and masses are for density = {declared}"
+            )?;
+        }
         match &self.transport {
             Some(t) => {
                 let (nu, kin, col) = (t.kinematic(), t.kinetic, t.collisional);
                 writeln!(
                     f,
-                    "  viscosity  eta {:.4} sqrt(m kT)/a^2, nu {nu:.4} a^2/tau ({kin:.4} kinetic + {col:.4} collisional)",
+                    "  viscosity  eta {:.4} sqrt(m kT)/a^2, nu {nu:.4} a^2/tau (formula: {kin:.4} kinetic + {col:.4} collisional)",
                     t.viscosity
                 )?;
+                if dt * temperature.sqrt() <= 0.05 {
+                    writeln!(
+                        f,
+                        "             at steps as small as this one measured up to 5 % lower (docs/physics.md)"
+                    )?;
+                }
                 writeln!(
                     f,
                     "  diffusion  D {:.5} a^2/tau of a fluid particle; Schmidt number {:.1}",
@@ -311,14 +325,13 @@ impl Meaning {
             "  time       {duration} for the run on one H100, {:.0} steps/s: an estimate; `squirm bench` measures",
             steps_per_hour / 3600.0
         )?;
-        let hourly = self.disk_per_step * steps_per_hour;
         let run = self.disk_per_step * self.run.0 as f64;
-        writeln!(
-            f,
-            "  disk       {} for the outputs of the run, before compression; about {} per hour on such a GPU",
-            bytes(run as u64),
-            bytes(hourly as u64)
-        )?;
+        // What would come in an hour means nothing to a run of seconds.
+        let hourly = match self.run.0 as f64 > steps_per_hour {
+            true => format!("; about {} per hour on such a GPU", bytes((self.disk_per_step * steps_per_hour) as u64)),
+            false => String::new(),
+        };
+        writeln!(f, "  disk       {} for the outputs of the run, before compression{hourly}", bytes(run as u64))?;
         match self.checkpoint {
             0 => writeln!(f, "             no checkpoints"),
             one => writeln!(

@@ -11,6 +11,7 @@ mod overrides;
 mod pace;
 mod read;
 mod resolve;
+mod room;
 mod schema;
 mod sections;
 mod table;

@@ -126,16 +126,35 @@ fn syntax_error(error: &toml::de::Error, text: &str, source: usize) -> Diagnosti
     let message = error.message();
     let twice = message.contains("duplicate key");
     let name = text.get(span.start..span.end).unwrap_or("");
+    let line = text[..span.start].rfind('\n').map_or(0, |at| at + 1);
+    let value = text[line..].lines().next().and_then(|l| l.split_once('=')).map_or("", |(_, value)| value);
+    let alone = number_before_unit(value).map(|number| format!("numbers carry no unit: write {number} alone"));
     let diagnostic = if twice {
         Diagnostic::error(format!("`{name}` is given twice: only one value can hold"))
     } else {
         Diagnostic::error(format!("this is not TOML: {message}"))
     };
-    diagnostic.at(span, if twice { "given again here" } else { "here" }).help(if twice {
-        "remove one of the two; sections that may repeat are written with double brackets, as in [[squirmers]]"
-    } else {
-        "texts stand in quotes, lists in [ ], sections in [ ] and repeated sections in [[ ]] on lines of their own"
+    diagnostic.at(span, if twice { "given again here" } else { "here" }).help(match alone {
+        _ if twice => {
+            "remove one of the two; sections that may repeat are written with double brackets, as in [[squirmers]]"
+                .into()
+        }
+        Some(alone) => alone,
+        None => {
+            "texts stand in quotes, lists in [ ], sections in [ ] and repeated sections in [[ ]] on lines of their own"
+                .into()
+        }
     })
+}
+
+/// The number of a text that is a number and a word behind it, as in `0.05 tau`.
+pub fn number_before_unit(text: &str) -> Option<&str> {
+    let text = text.trim();
+    let numeric = text.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c));
+    // Of `1e3m` the longest number counts.
+    let ends = text.char_indices().map(|(at, _)| at).rev().filter(|_| numeric);
+    let number = ends.map(|end| text[..end].trim_end()).find(|number| number.parse::<f64>().is_ok())?;
+    text[number.len()..].trim_start().starts_with(char::is_alphabetic).then_some(number)
 }
 
 fn table_item(table: &DeTable<'_>, source: usize, offset: usize) -> Item {
@@ -189,6 +208,21 @@ mod tests {
         assert_eq!(sources.line_column(root.place(&["run", "steps"])), (2, 9));
         assert_eq!(sources.line_column(root.place(&["stage", "1", "kind"])), (6, 8));
         assert_eq!(sources.line_column(root.place(&["stage", "1", "absent"])), (5, 1), "the header of its table");
+    }
+
+    #[test]
+    fn numbers_with_units_are_recognised() {
+        for (text, number) in [
+            ("0.05 tau", Some("0.05")),
+            (" 1e-3tau # small", Some("1e-3")),
+            ("-2 kT", Some("-2")),
+            ("7 a\u{b2}", Some("7")),
+        ] {
+            assert_eq!(number_before_unit(text), number, "{text}");
+        }
+        for text in ["0.05", "tau", "", "\"0.05 tau\"", "1979-05-27", "5 # five", "infinite", "[1, 2 tau]", "1.2.3"] {
+            assert_eq!(number_before_unit(text), None, "{text}");
+        }
     }
 
     #[test]

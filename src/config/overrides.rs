@@ -85,13 +85,27 @@ fn descend<'a>(node: &'a mut Node, step: &str, span: Span) -> Result<&'a mut Nod
                     .help("add it to the pipeline file first")),
                 None => Err(Diagnostic::error(format!("there is no element `{step}` in this list"))
                     .at(span, "names no element")
-                    .help(format!(
-                        "{}; elements are named by position from 0, or by name or kind",
-                        diag::suggestion(step, names.iter().map(String::as_str))
-                    ))),
+                    .help(elements(step, &names))),
             }
         }
         _ => unreachable!("any other item has been refused above"),
+    }
+}
+
+/// How the elements of a list can be named, where `step` names none.
+fn elements(step: &str, names: &[String]) -> String {
+    let numbered = names.iter().enumerate().all(|(i, name)| *name == i.to_string());
+    let positions = match names.len() {
+        1 => "the only position is 0".to_owned(),
+        n => format!("positions count from 0 to {}", n - 1),
+    };
+    if numbered {
+        positions
+    } else if step.parse::<usize>().is_ok() {
+        format!("{positions}; names and kinds serve, too: {}", names.join(", "))
+    } else {
+        let likely = diag::suggestion(step, names.iter().map(String::as_str));
+        format!("{likely}; {positions}, and names and kinds serve, too")
     }
 }
 
@@ -157,6 +171,20 @@ mod tests {
         let (root, _, sources) = set("[run]\nsteps=1\n", &["run.steps = abc"]);
         let span = root.get("run").unwrap().get("steps").unwrap().span;
         assert_eq!(sources.place(span), "--set run.steps = abc:1:13");
+    }
+
+    #[test]
+    fn positions_that_exist_are_listed() {
+        let helps = |file: &str, key: &str| {
+            let (_, d, _) = set(file, &[key]);
+            d[0].help.clone().expect("a remedy")
+        };
+        let outputs = "[[output]]\nevery=1\n[[output]]\nevery=2\n";
+        assert_eq!(helps(outputs, "output.5.every=1"), "positions count from 0 to 1");
+        assert_eq!(helps(&outputs[..19], "output.1.every=1"), "the only position is 0");
+        let stages = "[[stage]]\nkind=\"stream\"\n[[stage]]\nkind=\"rotate\"\n";
+        let both = "positions count from 0 to 1; names and kinds serve, too: stream, rotate";
+        assert_eq!(helps(stages, "stage.2.angle=1"), both);
     }
 
     #[test]

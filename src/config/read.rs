@@ -1,6 +1,6 @@
 //! From the tree to values: types, ranges, unknown and missing keys, checked against the parameters' own descriptions.
 
-use super::node::{Item, Node};
+use super::node::{Item, Node, number_before_unit};
 use super::sections::is_required;
 use crate::diag::{self, Diagnostic, Span};
 use crate::params::{Field, Kind, Value, Values};
@@ -157,11 +157,12 @@ impl Reader {
         if words.contains(&text.as_str()) {
             return Some(text.clone());
         }
-        self.diagnostics.push(
-            Diagnostic::error(format!("`{}` cannot be \"{text}\"", field.name))
-                .at(node.span, "unknown word")
-                .help(diag::suggestion(text, words.iter().copied())),
-        );
+        let help = match words {
+            [only] => format!("it can only be \"{only}\": {}", field.doc),
+            words => diag::suggestion(text, words.iter().copied()),
+        };
+        let error = Diagnostic::error(format!("`{}` cannot be \"{text}\"", field.name));
+        self.diagnostics.push(error.at(node.span, "unknown word").help(help));
         None
     }
 
@@ -179,8 +180,19 @@ impl Reader {
     }
 
     fn wrong_type<T>(&mut self, node: &Node, field: &Field) -> Option<T> {
+        let unit = match &node.item {
+            Item::Text(text) => number_before_unit(text),
+            _ => None,
+        };
         let message = format!("`{}` must be {}, but this is {}", field.name, noun(field.kind), node.describe());
-        self.refuse(node, field, message)
+        match unit {
+            Some(number) => {
+                let help = format!("numbers carry no unit: write {number} alone. {}", sentence(&accepts(field)));
+                self.diagnostics.push(Diagnostic::error(message).at(node.span, "this value").help(help));
+                None
+            }
+            None => self.refuse(node, field, message),
+        }
     }
 
     fn out_of_range<T>(&mut self, node: &Node, field: &Field, value: &str) -> Option<T> {

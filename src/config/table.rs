@@ -3,6 +3,8 @@
 use super::node::Node;
 use crate::diag::{Diagnostic, Span};
 use crate::state::System;
+use crate::state::start::speed_problem;
+use glam::DVec3;
 
 /// The header that the table must have.
 pub const COLUMNS: [&str; 6] = ["x", "y", "z", "vx", "vy", "vz"];
@@ -80,7 +82,7 @@ pub fn rows(system: &System, root: &Node, found: &mut Vec<Diagnostic>) -> Option
 fn row_diagnostic(path: &str, line: u64, problem: &str, span: Span) -> Diagnostic {
     Diagnostic::error(format!("{path}:{line}: {problem}"))
         .at(span, "named here")
-        .help("each row is one particle: six finite numbers, the position inside the box")
+        .help("each row is one particle: six finite numbers, the position inside the box, the velocity in sqrt(kT/m)")
 }
 
 fn row_error(error: &csv::Error) -> String {
@@ -91,6 +93,7 @@ fn row_error(error: &csv::Error) -> String {
 }
 
 fn row_problem(record: &csv::StringRecord, system: &System) -> Option<String> {
+    let mut numbers = [0.0; 6];
     for (i, text) in record.iter().enumerate() {
         let name = COLUMNS[i];
         let Ok(value) = text.parse::<f64>() else { return Some(format!("`{text}` in column {name} is not a number")) };
@@ -100,6 +103,7 @@ fn row_problem(record: &csv::StringRecord, system: &System) -> Option<String> {
         if i < 3 && !(0.0..f64::from(system.domain.size[i])).contains(&value) {
             return Some(format!("{name} = {value} lies outside the box, 0 <= {name} < {}", system.domain.size[i]));
         }
+        numbers[i] = value;
     }
-    None
+    speed_problem(DVec3::from_slice(&numbers[3..]), system)
 }

@@ -29,6 +29,8 @@ pub enum Selection {
     Usual,
     /// That at this step.
     Step(u64),
+    /// That at this time in tau.
+    Time(f64),
     /// Those of a range.
     Range(Range),
 }
@@ -40,6 +42,11 @@ impl Selection {
         match self {
             Self::Usual => Range::default(),
             Self::Step(step) => Range { from: Some(At::Step(step)), to: Some(At::Step(step)), every: 1 },
+            Self::Time(time) => {
+                // Times of snapshots are products of a step and dt, which are rounded.
+                let [from, to] = [-1.0, 1.0].map(|side| Some(At::Time(time + side * (1e-9 + 1e-12 * time.abs()))));
+                Range { from, to, every: 1 }
+            }
             Self::Range(range) => range,
         }
     }
@@ -114,6 +121,9 @@ impl ExportError {
         Self::Absent(match (selection, last) {
             (Selection::Step(at), Some(last)) => {
                 format!("{path} has no snapshot of {kinds} at step {at}; the last is at step {last}")
+            }
+            (Selection::Time(at), Some(last)) => {
+                format!("{path} has no snapshot of {kinds} at {at} tau; the last is at step {last}")
             }
             (Selection::Range(_), Some(last)) => {
                 format!("{path} has no snapshot of {kinds} in that range; the last is at step {last}")

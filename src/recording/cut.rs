@@ -4,7 +4,7 @@ use super::copy::Copy;
 use super::range::{Choice, Range};
 use super::scan::{Part, Scan};
 use super::series::THINNED;
-use super::{RecordingError, TOPICS, segments};
+use super::{RecordingError, TOPICS, fluid_beside, segments};
 use crate::wire::{Kind, Snapshot};
 use mcap::records::Metadata;
 use std::collections::BTreeMap;
@@ -31,13 +31,16 @@ pub fn cut(path: &Path, out: &Path, range: Range, topics: &[String]) -> Result<C
     let mut copy = Copy::create(out)?;
     let mut selection = Selection { choice: Choice::new(range), topics, last: BTreeMap::new(), kept: None };
     let mut done = Cut::default();
+    let particles = format!("{TOPICS}{}", Kind::Particles.topic());
+    done.warnings.extend(fluid_apart(path).filter(|_| selection.wants(&particles)));
     for file in &files {
         selection.last.values_mut().for_each(|last| last.1 = true);
         one(file, &mut copy, &mut selection, &mut done)?;
     }
     if done.messages == 0 {
         let (name, topics) = (path.display(), if topics.is_empty() { "any topic".into() } else { topics.join(", ") });
-        return Err(RecordingError::Nothing(format!("{name} has no snapshot of {topics} in that range")));
+        let apart = done.warnings.iter().map(|warning| format!("; {warning}")).collect::<String>();
+        return Err(RecordingError::Nothing(format!("{name} has no snapshot of {topics} in that range{apart}")));
     }
     if range.every > 1 {
         let every = ("every".to_owned(), range.every.to_string());
@@ -45,6 +48,13 @@ pub fn cut(path: &Path, out: &Path, range: Range, topics: &[String]) -> Result<C
     }
     copy.finish()?;
     Ok(done)
+}
+
+/// What to say of the fluid's particles if `path` is a folder that has them in a recording of their own, which is not copied along.
+#[must_use]
+pub fn fluid_apart(path: &Path) -> Option<String> {
+    let fluid = path.is_dir().then(|| fluid_beside(path)).flatten()?;
+    Some(format!("the particles are not taken along: name their recording by itself, {}", fluid.display()))
 }
 
 /// What is to be copied.

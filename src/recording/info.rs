@@ -3,12 +3,12 @@
 use super::provenance::{METADATA, Provenance};
 use super::scan::{Chunk, Part, Scan};
 use super::verify::{Finding, identity};
-use super::{RecordingError, TOPICS, segments};
+use super::{RecordingError, TOPICS, recordings};
 use crate::wire::{Kind, Snapshot};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// A recording with all of its segments.
+/// A recording with all of its segments; of a run's folder that of the fluid, too.
 #[derive(Debug, Clone, PartialEq, Default, serde::Serialize)]
 pub struct Info {
     /// Name of the run.
@@ -69,7 +69,7 @@ pub struct TopicInfo {
 /// If a file cannot be read, or is no recording at all.
 pub fn info(path: &Path) -> Result<Info, RecordingError> {
     let mut info = Info::default();
-    for file in segments(path)? {
+    for file in recordings(path)?.into_iter().flatten() {
         info.file(&file)?;
     }
     Ok(info)

@@ -18,14 +18,14 @@ mod shape;
 mod summary;
 mod verify;
 
-pub use cut::{Cut, cut};
+pub use cut::{Cut, cut, fluid_apart};
 pub use info::{FileInfo, Info, TopicInfo, info};
 pub use merge::merge;
 pub use provenance::{ATTACHMENT, METADATA, Provenance, run_metadata};
 pub use range::{Choice, Moment, Range};
 pub use recover::{Recovered, recover};
 pub use scan::{Channels, Chunk, Part, Scan, Schema};
-pub use segments::{FLUID, RUN, fluid_beside, segment, segments};
+pub use segments::{FLUID, RUN, fluid_beside, recordings, segment, segments};
 pub use series::{Read, Series};
 pub use verify::{Finding, Verdict, verify};
 
@@ -97,6 +97,14 @@ pub enum RecordingError {
         path: PathBuf,
         /// What the writer said.
         source: mcap::McapError,
+    },
+    /// A range that ends before it begins.
+    #[error("the range is reversed: it begins at {from} and ends at {to}")]
+    Reversed {
+        /// Its beginning.
+        from: Moment,
+        /// Its end.
+        to: Moment,
     },
     /// A request that selects nothing.
     #[error("{0}")]

@@ -1,7 +1,9 @@
 //! Which snapshots are meant: from a step or a time to another, and every how many.
 
+use super::RecordingError;
 use crate::wire::{Header, Kind};
 use std::collections::BTreeMap;
+use std::fmt;
 use std::str::FromStr;
 
 /// A moment of a run.
@@ -11,6 +13,15 @@ pub enum Moment {
     Step(u64),
     /// At this time in tau.
     Time(f64),
+}
+
+impl fmt::Display for Moment {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Step(step) => write!(f, "step {step}"),
+            Self::Time(time) => write!(f, "{time} tau"),
+        }
+    }
 }
 
 impl FromStr for Moment {
@@ -47,6 +58,22 @@ impl Default for Range {
 }
 
 impl Range {
+    /// The range, unless it ends before it begins. A step and a time do not compare without the recording.
+    ///
+    /// # Errors
+    /// If it is reversed.
+    pub fn forward(self) -> Result<Self, RecordingError> {
+        let reversed = match (self.from, self.to) {
+            (Some(Moment::Step(from)), Some(Moment::Step(to))) => from > to,
+            (Some(Moment::Time(from)), Some(Moment::Time(to))) => from > to,
+            _ => false,
+        };
+        match (self.from, self.to) {
+            (Some(from), Some(to)) if reversed => Err(RecordingError::Reversed { from, to }),
+            _ => Ok(self),
+        }
+    }
+
     /// Whether the snapshot lies between the two moments.
     #[must_use]
     pub fn contains(&self, header: &Header) -> bool {
@@ -126,5 +153,10 @@ mod tests {
         assert_eq!(chosen(Range { from, to, every: 1 }), [3, 4, 5, 6, 7, 8]);
         assert_eq!(chosen(Range { from, to, every: 2 }), [3, 5, 7]);
         assert_eq!(chosen(Range { every: 4, ..Range::default() }), [0, 4, 8]);
+        let time = |time| Some(Moment::Time(time));
+        assert!(Range { from, to: from, every: 1 }.forward().is_ok() && Range { from, to, every: 1 }.forward().is_ok());
+        let reversed = Range { from: time(5.0), to: time(2.5), every: 1 }.forward().unwrap_err().to_string();
+        assert_eq!(reversed, "the range is reversed: it begins at 5 tau and ends at 2.5 tau");
+        assert!(Range { from, to: Some(Moment::Step(2)), every: 1 }.forward().is_err());
     }
 }

@@ -46,6 +46,27 @@ pub fn segments(path: &Path) -> Result<Vec<PathBuf>, RecordingError> {
     Ok(found.into_iter().map(|(_, path)| path).collect())
 }
 
+/// The files of every recording that `path` means: of a run's folder those of the small topics and those of the fluid, each in
+/// order; of a file its own.
+///
+/// # Errors
+/// As [`segments`]; a folder may have either recording alone.
+pub fn recordings(path: &Path) -> Result<Vec<Vec<PathBuf>>, RecordingError> {
+    if !path.is_dir() {
+        return Ok(vec![segments(path)?]);
+    }
+    let small = segments(&path.join(RUN));
+    match segments(&path.join(FLUID)) {
+        Ok(fluid) => match small {
+            Ok(small) => Ok(vec![small, fluid]),
+            Err(RecordingError::Absent(_)) => Ok(vec![fluid]),
+            Err(error) => Err(error),
+        },
+        Err(RecordingError::Absent(_)) => Ok(vec![small?]),
+        Err(error) => Err(error),
+    }
+}
+
 /// The number of a later segment, at least four digits behind the last dot.
 fn number(stem: &str) -> Option<u32> {
     let (_, digits) = stem.rsplit_once('.')?;
@@ -86,7 +107,14 @@ mod tests {
         assert_eq!(segment(&dir.path().join(FLUID), 1), dir.path().join("run.fluid.0001.mcap"));
         assert!(matches!(segments(&dir.path().join("absent.mcap")), Err(RecordingError::Absent(_))));
         assert!(matches!(segments(&dir.path().join("no folder/run.mcap")), Err(RecordingError::Absent(_))));
+        let lengths = |path: &Path| recordings(path).unwrap().iter().map(Vec::len).collect::<Vec<_>>();
+        assert_eq!(lengths(dir.path()), [3, 2]);
+        assert_eq!(lengths(&dir.path().join(RUN)), [3], "a file means itself");
         std::fs::remove_file(dir.path().join(FLUID)).unwrap();
         assert_eq!(named(&fluid_beside(dir.path()).unwrap()), ["run.fluid.0001.mcap"]);
+        run.iter().for_each(|name| std::fs::remove_file(dir.path().join(name)).unwrap());
+        assert_eq!(lengths(dir.path()), [1], "the fluid alone");
+        std::fs::remove_file(dir.path().join("run.fluid.0001.mcap")).unwrap();
+        assert!(matches!(recordings(dir.path()), Err(RecordingError::Absent(path)) if path.ends_with(RUN)));
     }
 }

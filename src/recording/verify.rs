@@ -3,7 +3,7 @@
 use super::provenance::{METADATA, Provenance};
 use super::scan::{Chunk, Part, Scan};
 use super::series::THINNED;
-use super::{RecordingError, TOPICS, segments};
+use super::{RecordingError, TOPICS, recordings};
 use crate::wire::{Header, Kind, Snapshot};
 use mcap::records::{MessageHeader, Metadata};
 use std::collections::BTreeMap;
@@ -70,24 +70,36 @@ struct Check {
     gaps: Vec<Finding>,
 }
 
-/// Checks a recording with all of its segments.
+/// Checks a recording with all of its segments; of a run's folder that of the fluid, too.
 ///
 /// # Errors
 /// If a file cannot be read, or is no recording at all.
 pub fn verify(path: &Path) -> Result<Verdict, RecordingError> {
-    let mut check = Check { verdict: Verdict { files: segments(path)?, ..Verdict::default() }, ..Check::default() };
-    for file in check.verdict.files.clone() {
-        check.last.values_mut().for_each(|last| last.earlier = true);
-        check.file(&file)?;
-    }
-    // A file that left snapshots out on purpose lacks them rightly.
-    if !check.thinned {
-        check.verdict.findings.append(&mut check.gaps);
+    let mut check = Check::default();
+    for files in recordings(path)? {
+        check.recording(files)?;
     }
     Ok(check.verdict)
 }
 
 impl Check {
+    /// One recording of a run; all of them have the run's identity.
+    fn recording(&mut self, files: Vec<PathBuf>) -> Result<(), RecordingError> {
+        self.last.clear();
+        self.thinned = false;
+        for file in &files {
+            self.last.values_mut().for_each(|last| last.earlier = true);
+            self.file(file)?;
+        }
+        self.verdict.files.extend(files);
+        let gaps = std::mem::take(&mut self.gaps);
+        // A file that left snapshots out on purpose lacks them rightly.
+        if !self.thinned {
+            self.verdict.findings.extend(gaps);
+        }
+        Ok(())
+    }
+
     fn file(&mut self, path: &Path) -> Result<(), RecordingError> {
         let mut scan = Scan::open(path)?;
         let (mut chunks, mut messages) = (0, 0);

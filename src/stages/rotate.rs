@@ -27,6 +27,9 @@ params! {
     }
 }
 
+/// Angle in degrees below which a collision takes less than a third of a relative velocity away: (2/3)(1 - cos alpha) = 1/3.
+const SMALL_ANGLE: f64 = 60.0;
+
 shared! {
     /// The rotation angles, of cells with and without ghosts.
     pub struct RotateSettings {
@@ -59,14 +62,18 @@ impl Stage for Rotate {
     type Uniform = RotateSettings;
 
     fn check(params: &Self, _: &System) -> Vec<Finding> {
-        if params.angle > 0.0 {
-            return Vec::new();
-        }
+        let message = match params.angle {
+            0.0 => "without a rotation particles never collide".into(),
+            angle if angle < SMALL_ANGLE => format!(
+                "a rotation by {angle} degrees hardly mixes the velocities in a cell: the fluid is more a gas than a liquid"
+            ),
+            _ => return Vec::new(),
+        };
         vec![Finding {
             gravity: Gravity::Warning,
             field: "angle",
-            message: "without a rotation particles never collide".into(),
-            help: "take an angle between 90 and 180 degrees".into(),
+            message,
+            help: "the angle is in degrees, not radians: take one between 90 and 180; 130 is usual".into(),
         }]
     }
 

@@ -8,7 +8,8 @@ mod stream;
 mod table;
 
 pub use image::{nearest_image, wrap};
-pub use table::from_csv;
+pub use place::{SURE, check, crowding, poses};
+pub use table::{from_csv, speed_problem};
 
 use super::{Particle, Squirmer, State, System};
 use glam::{DQuat, DVec3};

@@ -32,7 +32,7 @@ params! {
 params! {
     /// Two plane walls at y = 0 and y = L.
     pub struct Walls {
-        /// The axis across the slit.
+        /// The axis across the slit: walls exist only across y.
         pub axis: String = "y"; "", Choice(&["y"]);
         /// no-slip: the fluid sticks to the wall (bounce-back); slip: specular reflection.
         pub condition: String = "no-slip"; "", Choice(&["no-slip", "slip"]);

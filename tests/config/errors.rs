@@ -7,6 +7,9 @@ fn unknown_keys_and_words_get_a_suggestion() {
     says(&[("seed = 3", "sede = 3")], "2:1", &["error: [run] has no parameter `sede`", "did you mean `seed`?"]);
     says(&[("name = \"puller\"", "colour = 1")], "15:1", &["no parameter `colour`", "allowed here: name, count"]);
     says(&[("\"no-slip\"", "\"noslip\"")], "8:35", &["`condition` cannot be \"noslip\"", "did you mean `no-slip`?"]);
+    let across =
+        ["`axis` cannot be \"x\"", "it can only be \"y\": The axis across the slit: walls exist only across y"];
+    says(&[("axis = \"y\"", "axis = \"x\"")], "8:18", &across);
     says(&[("\"scalars\"]", "\"scalar\"]")], "46:24", &["`record` cannot be \"scalar\"", "did you mean `scalars`?"]);
     says(&[("across = 2.0 }", "across = 2.0, x = 1 }")], "17:42", &["`semi_axes` has no parameter `x`"]);
     says(&[("[fluid]", "[fluids]")], "10:2", &["no section `fluids`", "did you mean `fluid`?"]);
@@ -36,6 +39,24 @@ fn types_and_ranges() {
     says(&[("name = \"puller\"", "name = 7")], "15:8", &["must be a text in quotes"]);
     says(&[("{ along = 4.0, across = 2.0 }", "4.0")], "17:13", &["`semi_axes` must be a table"]);
     says(&[("angle = 130", "angle = 300")], "41:9", &["300 is out of range", "in degree"]);
+}
+
+#[test]
+fn numbers_stand_without_units() {
+    let line = super::only(&[("dt = 0.05", "dt = 0.05 tau")]);
+    assert!(line.starts_with("f.toml:4:") && line.contains("numbers carry no unit: write 0.05 alone"), "{line}");
+    says(&[("dt = 0.05", "dt = \"0.05 tau\"")], "4:6", &["numbers carry no unit: write 0.05 alone", "in tau"]);
+    let found = lines(GOOD, &["run.dt=0.05tau"]);
+    assert!(found.len() == 1 && found[0].contains("write 0.05 alone"), "{found:?}");
+}
+
+#[test]
+fn an_angle_in_radians_is_noticed() {
+    let small =
+        ["warning: a rotation by 2.27 degrees hardly mixes", "more a gas than a liquid", "in degrees, not radians"];
+    says(&[("angle = 130", "angle = 2.27")], "41:9", &small);
+    says(&[("angle = 130", "angle = 0")], "41:9", &["warning: without a rotation", "in degrees"]);
+    assert_eq!(lines(GOOD, &["stage.rotate.angle=60"]), Vec::<String>::new());
 }
 
 #[test]
@@ -128,10 +149,50 @@ fn poses_are_checked_one_by_one() {
     says(
         &[(start, &listed("[5,5,5,1,0,0],[5,3,5,0,1,0]"))],
         "21:24",
-        &["reaches through a wall", "4.00 <= y <= 16.00"],
+        &["reaches through a wall", "half height 4.12", "4.12 <= y <= 15.88"],
     );
+    // Where the hull, which keeps the fluid off, begins to fit.
+    let at = |y: &str| changed(&[(start, &listed(&format!("[5,{y},5,0,1,0],[15,9,15,1,0,0]")))]);
+    assert!(lines(&at("4.11"), &[])[0].contains("reaches through a wall"));
+    assert_eq!(lines(&at("4.12"), &[]), Vec::<String>::new());
     says(&[(start, &listed("[5,5,5,1,0,0],[5,5,5,1,0]"))], "21:24", &["needs 6 numbers, but this has 5"]);
     says(&[(start, "poses = [[5,5,5,1,0,0],[9,9,9,1,0,0]]")], "20:9", &["starts from \"random\""]);
+}
+
+#[test]
+fn an_axis_that_fits_nowhere_is_to_be_turned() {
+    let slit = ("size = [24, 20, 24]", "size = [24, 8, 24]");
+    let upright = ("start = \"random\"", "start = \"listed\"\nposes = [[5,4,5,1,0,0],[15,4,5,0,1,0]]");
+    let parts = ["8.24 high and reaches through both walls", "turn the axis", "wider than 8.24"];
+    says(&[slit, upright], "21:24", &parts);
+}
+
+/// The functions that place squirmers when the run starts say before it what the user placed badly.
+#[test]
+fn placed_squirmers_must_have_room() {
+    let start = "start = \"random\"";
+    let listed = "start = \"listed\"\nposes = [[5,5,5,1,0,0],[9,6,5,1,0,0]]";
+    says(&[(start, listed)], "21:24", &["error: squirmers 0 and 1 overlap", "move them apart in `poses`"]);
+    let apart = listed.replace("[9,6,5", "[15,6,5");
+    assert_eq!(lines(&changed(&[(start, &apart)]), &[]), Vec::<String>::new());
+    // A second species is counted on; its rows are its own.
+    let more = "[[squirmers]]\nname = \"b\"\ncount = 1\nsemi_axes = { along = 2.0, across = 2.0 }\npassive = true\n";
+    let twin = format!("{more}start = \"listed\"\nposes = [[15,6,7,1,0,0]]\n[[stage]]");
+    says(&[(start, &apart), ("[[stage]]", &twin)], "29:10", &["error: squirmers 1 and 2 overlap"]);
+    let lattice = [("count = 2", "count = 65"), (start, "start = \"lattice\"")];
+    says(&lattice, "14:1", &["error: a lattice with axes along x has no room for 65 squirmers"]);
+}
+
+#[test]
+fn where_random_places_are_not_sure_it_is_said() {
+    assert_eq!(lines(&changed(&[("count = 2", "count = 50")]), &[]), Vec::<String>::new());
+    // Few are tried, many are not.
+    let few = ["error: 80 squirmers, 53.9 % of the box, could not be placed", "start = \"lattice\""];
+    says(&[("count = 2", "count = 80")], "14:1", &few);
+    let many = [("count = 2", "count = 300"), ("[24, 20, 24]", "[48, 20, 48]")];
+    let parts = ["warning: the squirmers fill 50.5 %", "67 % of the room", "may find no places", "start = \"lattice\""];
+    says(&many, "16:9", &parts);
+    says(&[("count = 2", "count = 100")], "16:9", &["fill 67 % of the box", "lower for random places"]);
 }
 
 #[test]

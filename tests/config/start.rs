@@ -30,13 +30,14 @@ fn rows_are_particles() {
 
 #[test]
 fn wrong_rows_are_named_by_line() {
-    let table = "x,y,z,vx,vy,vz\n1,2,3,0,0,0\n1,2,3,0,0\n1,2,x,0,0,0\n1,2,3,0,nan,0\n1,20,3,0,0,0\n";
+    let table = "x,y,z,vx,vy,vz\n1,2,3,0,0,0\n1,2,3,0,0\n1,2,x,0,0,0\n1,2,3,0,nan,0\n1,20,3,0,0,0\n1,2,3,0,0,12\n1,2,3,0,0,-50\n";
     let found = start(table).expect_err("wrong rows");
     let parts = [
         "p.csv:3: the row has 5 values",
         "p.csv:4: `x` in column z is not a number",
         "p.csv:5: `nan` in column vy is not finite",
         "p.csv:6: y = 20 lies outside the box",
+        "p.csv:8: the speed 50 is above 12, the largest at this temperature",
     ];
     assert_eq!(found.len(), parts.len(), "{found:#?}");
     for (line, part) in found.iter().zip(parts) {
@@ -63,6 +64,27 @@ fn header_and_file_are_checked() {
     assert!(found[0].contains("cannot be read") && found.len() == 1, "{found:?}");
     let found = load_in(Path::new("/nonexistent"), "p.csv").expect_err("no file");
     assert!(found[0].contains("cannot be read") && found.len() == 1, "{found:?}");
+}
+
+/// What a file means follows from the particles that there are, and says where that is not what the file declares.
+#[test]
+fn the_meaning_is_that_of_the_table() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let text = format!("init.from = \"p.csv\"\n{}", changed(&[("count = 2", "count = 1")]));
+    let meaning = |rows: usize| {
+        std::fs::write(folder.path().join("p.csv"), format!("x,y,z,vx,vy,vz\n{}", "1,2,3,0,0,0\n".repeat(rows)))
+            .expect("written");
+        squirm::config::meaning(&load("f.toml", &text, &[], folder.path()).unwrap_or_else(|f| panic!("{f}")))
+    };
+    // 11,520 a^3 less one hull of 4.12 x 2.12 x 2.12, 77.6 a^3.
+    let (thin, dense) = (meaning(1000), meaning(114_424));
+    assert!((thin.density[0] - 1000.0 / 11442.4).abs() < 1e-4 && thin.density[1] == 10.0, "{:?}", thin.density);
+    assert!(thin.to_string().contains("0.0874 particles per a^3 in the table; ghosts and masses are for density = 10"));
+    assert!(!dense.to_string().contains("in the table"), "{dense}");
+    let [thin, dense] = [thin, dense].map(|m| m.transport.expect("it rotates").viscosity);
+    let declared = super::good(super::GOOD);
+    let expected = squirm::config::meaning(&declared).transport.expect("it rotates").viscosity;
+    assert!((dense / expected - 1.0).abs() < 1e-4 && thin < 0.1 * expected, "{thin} {dense} {expected}");
 }
 
 #[test]

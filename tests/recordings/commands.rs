@@ -137,11 +137,43 @@ fn a_part_is_cut_out() {
         2,
         "no snapshot of any topic in that range",
     );
+    let reversed = "the range is reversed: it begins at step 10 and ends at step 5";
+    says(dir.path(), &["cut", "run.mcap", "--from", "10", "--to", "5", "--out", "c.mcap"], 2, reversed);
+    says(dir.path(), &["replay", "run.mcap", "--from", "10", "--to", "5"], 2, reversed);
     says(dir.path(), &["cut", "run.mcap", "--from", "5s", "--out", "c.mcap"], 2, "neither a step");
     says(dir.path(), &["cut", "run.mcap", "--every", "0", "--out", "c.mcap"], 2, "--every");
     says(dir.path(), &["cut", "absent.mcap", "--out", "c.mcap"], 2, "there is no recording absent.mcap");
     says(dir.path(), &["cut", "run.mcap", "--out", "a.mcap"], 2, "exists already");
     assert!(!dir.path().join("c.mcap").exists());
+}
+
+/// A folder means all that the run recorded: a fluid that is damaged must not pass as clean.
+#[test]
+fn a_folder_means_all_of_its_recordings() {
+    let dir = tempfile::tempdir().unwrap();
+    record(dir.path(), 1, 0..4);
+    says(dir.path(), &["verify", "."], 0, ".: clean: 20 whole chunks, 16 snapshots in 2 files");
+    says(dir.path(), &["info", "."], 0, "run.fluid.mcap: ");
+    says(dir.path(), &["info", "."], 0, "/squirm/particles");
+    let apart = "warning: the particles are not taken along: name their recording by itself, ./run.fluid.mcap";
+    says(dir.path(), &["cut", ".", "--out", "part.mcap"], 0, apart);
+    says(dir.path(), &["merge", ".", "--out", "whole.mcap"], 0, apart);
+    let particles = ["cut", ".", "--topics", "particles", "--out", "none.mcap"];
+    says(dir.path(), &particles, 2, "no snapshot of particles in that range; the particles are not taken along");
+    let path = dir.path().join("run.fluid.mcap");
+    let mut bytes = std::fs::read(&path).unwrap();
+    let chunk = mcap::Summary::read(&bytes).unwrap().unwrap().chunk_indexes[1].clone();
+    bytes[(chunk.chunk_start_offset + chunk.chunk_length - 9) as usize] ^= 4;
+    std::fs::write(&path, bytes).unwrap();
+    says(dir.path(), &["verify", "."], 1, ".: DAMAGED");
+    says(dir.path(), &["verify", "."], 1, "run.fluid.mcap, byte ");
+    says(dir.path(), &["info", "."], 0, "warning: ./run.fluid.mcap, byte ");
+    says(dir.path(), &["verify", "run.mcap"], 0, "clean");
+    // The fluid of another run does not belong there.
+    let other = tempfile::tempdir().unwrap();
+    record(other.path(), 2, 0..4);
+    std::fs::copy(other.path().join("run.fluid.mcap"), &path).unwrap();
+    says(dir.path(), &["verify", "."], 1, "comes from another run");
 }
 
 #[test]
@@ -236,6 +268,11 @@ fn a_state_is_exported_from_segments_and_never_from_damage() {
     let export = |out: &'static str| ["export", ".", "--topic", "particles", "--out", out];
     says(dir.path(), &export("last"), 0, "particles.csv: 50 rows, step 160");
     says(dir.path(), &[&export("at")[..], &["--at", "60"]].concat(), 0, "step 60");
+    says(dir.path(), &[&export("time")[..], &["--at", "3tau"]].concat(), 0, "step 60");
+    says(dir.path(), &[&export("no")[..], &["--at", "3.5tau"]].concat(), 1, "at 3.5 tau; the last is at step 160");
+    says(dir.path(), &[&export("no")[..], &["--at", "3s"]].concat(), 2, "neither a step, as in 2000, nor a time");
+    let reversed = ["--from", "5", "--until", "2"];
+    says(dir.path(), &[&export("no")[..], &reversed].concat(), 2, "the range is reversed: it begins at step 5");
     // The last snapshot must not silently become an older one.
     let path = dir.path().join("run.fluid.0001.mcap");
     let mut bytes = std::fs::read(&path).unwrap();

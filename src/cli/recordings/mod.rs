@@ -20,15 +20,18 @@ pub struct Part {
 
 impl Part {
     /// The range with every so many snapshots.
-    pub fn range(&self, every: u64) -> Range {
-        Range { from: self.from, to: self.to, every }
+    ///
+    /// # Errors
+    /// If it ends before it begins.
+    pub fn range(&self, every: u64) -> Result<Range, RecordingError> {
+        Range { from: self.from, to: self.to, every }.forward()
     }
 }
 
 /// Arguments of `squirm info`.
 #[derive(Debug, clap::Args)]
 pub struct InfoArgs {
-    /// A recording, with its later segments, or the folder of a run.
+    /// A recording, with its later segments, or the folder of a run, with all that it recorded.
     file: PathBuf,
     /// Print JSON.
     #[arg(long)]
@@ -38,7 +41,7 @@ pub struct InfoArgs {
 /// Arguments of `squirm verify`.
 #[derive(Debug, clap::Args)]
 pub struct VerifyArgs {
-    /// Recordings, each with its later segments, or folders of runs.
+    /// Recordings, each with its later segments, or folders of runs, with all that they recorded.
     #[arg(required = true)]
     files: Vec<PathBuf>,
 }
@@ -89,6 +92,7 @@ pub fn failed(error: &RecordingError) -> ExitCode {
         RecordingError::Absent(_)
         | RecordingError::Exists(_)
         | RecordingError::Foreign { .. }
+        | RecordingError::Reversed { .. }
         | RecordingError::Nothing(_) => WRONG_USAGE,
         _ => RUN_FAILED,
     })
@@ -126,7 +130,8 @@ pub fn verify(args: &VerifyArgs) -> ExitCode {
         let (chunks, snapshots) = (verdict.chunks, verdict.snapshots);
         let word = if verdict.findings.is_empty() { "clean" } else { "DAMAGED" };
         verdict.findings.iter().for_each(|finding| say!("{finding}"));
-        print(&format!("{}: {word}: {chunks} whole chunks, {snapshots} snapshots\n", file.display()));
+        let of = if verdict.files.len() > 1 { format!(" in {} files", verdict.files.len()) } else { String::new() };
+        print(&format!("{}: {word}: {chunks} whole chunks, {snapshots} snapshots{of}\n", file.display()));
         if !verdict.findings.is_empty() {
             status = ExitCode::from(RUN_FAILED);
         }
@@ -161,16 +166,19 @@ pub fn recover(args: &RecoverArgs) -> ExitCode {
 
 /// Copies a part of a recording.
 pub fn cut(args: &CutArgs) -> ExitCode {
-    written(recording::cut(&args.file, &args.out, args.part.range(args.every), &args.topics), &args.out)
+    let range = args.part.range(args.every);
+    written(range.and_then(|range| recording::cut(&args.file, &args.out, range, &args.topics)), &args.out)
 }
 
 /// Joins segments.
 pub fn merge(args: &MergeArgs) -> ExitCode {
-    let files = match &args.files[..] {
-        [one] => recording::segments(one),
-        several => Ok(several.to_vec()),
+    let (files, apart) = match &args.files[..] {
+        [one] => (recording::segments(one), recording::fluid_apart(one)),
+        several => (Ok(several.to_vec()), None),
     };
-    written(files.and_then(|files| recording::merge(&files, &args.out)), &args.out)
+    let mut done = files.and_then(|files| recording::merge(&files, &args.out));
+    done.iter_mut().for_each(|done| done.warnings.extend(apart.clone()));
+    written(done, &args.out)
 }
 
 fn written(done: Result<Cut, RecordingError>, out: &Path) -> ExitCode {

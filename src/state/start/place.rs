@@ -17,11 +17,61 @@ fn wanted_gap() -> f64 {
     1.0001 * Repulsion { sigma: SIGMA, epsilon: 0.0, max_force: 0.0 }.cutoff()
 }
 
+/// Squirmers in the order in which they are placed; `crowd` has the first of them.
+struct Queue<'a> {
+    crowd: Crowd<'a>,
+    order: Vec<usize>,
+    /// Species of every squirmer.
+    species: Vec<usize>,
+}
+
 /// Centre and orientation of every squirmer, species by species.
 ///
 /// # Errors
 /// If a body does not fit into the box, listed ones overlap, or the box is too crowded.
 pub fn poses(system: &System) -> Result<Vec<(DVec3, DQuat)>, StartError> {
+    let Queue { mut crowd, order, species } = given(system)?;
+    let mut tight = false;
+    for i in &order[crowd.placed.len()..] {
+        crowd.add(insert(system, &crowd, &system.species[species[*i]], *i, wanted_gap(), &mut tight));
+    }
+    if tight && !crowd.relax() {
+        let share = 1.0 - system.fluid_volume() / system.domain.volume();
+        return Err(StartError::Crowded { count: species.len(), share });
+    }
+    let mut poses = vec![(DVec3::ZERO, DQuat::IDENTITY); species.len()];
+    for (i, placed) in order.iter().zip(&crowd.placed) {
+        poses[*i] = (placed.position, placed.orientation);
+    }
+    Ok(poses)
+}
+
+/// Whether every squirmer fits into the box and those that the user placed, in lists or on lattices, have room; random ones are not placed.
+///
+/// # Errors
+/// If not.
+pub fn check(system: &System) -> Result<(), StartError> {
+    given(system).map(drop)
+}
+
+/// Crowding up to which random places are found. Of 21 systems tried, with spheres, spheroids twice to four times as long as thick and flat ones in boxes and
+/// slits of 1 to 2000 squirmers, three seeds each, the first failed at 0.58.
+pub const SURE: f64 = 0.55;
+
+/// The share that the bodies with the gap around them that a random start wants have of the room that layers of them can use: the
+/// box, or of a slit the height that whole layers take.
+#[must_use]
+pub fn crowding(system: &System) -> f64 {
+    let grown = |species: &Species| species.spheroid().grown(SAFETY + 0.5 * wanted_gap());
+    let bodies: f64 = system.species.iter().map(|s| f64::from(s.count) * grown(s).volume()).sum();
+    let thinnest = system.species.iter().map(|s| grown(s).along.min(grown(s).across)).fold(f64::MAX, f64::min);
+    let height = lengths(&system.domain).y;
+    let layers = if system.domain.walls.is_some() { (height / (2.0 * thinnest)).floor() } else { f64::MAX };
+    bodies / system.domain.volume() * (height / (2.0 * thinnest * layers)).max(1.0)
+}
+
+/// Places what the user placed.
+fn given(system: &System) -> Result<Queue<'_>, StartError> {
     let wanted = wanted_gap();
     for species in &system.species {
         fits(system, species, wanted)?;
@@ -44,26 +94,13 @@ pub fn poses(system: &System) -> Result<Vec<(DVec3, DQuat)>, StartError> {
             _ => vec![None; s.count as usize],
         });
     }
-    let mut tight = false;
     for i in &order {
-        let species = &system.species[species[*i]];
-        let placed = match given[*i] {
-            Some((position, orientation)) => {
-                fixed(system, &crowd, &order, species, *i, (wrap(&system.domain, position), orientation))?
-            }
-            None => insert(system, &crowd, species, *i, wanted, &mut tight),
-        };
+        let Some((position, orientation)) = given[*i] else { break };
+        let pose = (wrap(&system.domain, position), orientation);
+        let placed = fixed(system, &crowd, &order, &system.species[species[*i]], *i, pose)?;
         crowd.add(placed);
     }
-    if tight && !crowd.relax() {
-        let share = 1.0 - system.fluid_volume() / system.domain.volume();
-        return Err(StartError::Crowded { count: species.len(), share });
-    }
-    let mut poses = vec![(DVec3::ZERO, DQuat::IDENTITY); species.len()];
-    for (i, placed) in order.iter().zip(&crowd.placed) {
-        poses[*i] = (placed.position, placed.orientation);
-    }
-    Ok(poses)
+    Ok(Queue { crowd, order, species })
 }
 
 /// The bare body must not meet its own image, nor both walls whatever its orientation; at random its margin must fit as well.

@@ -3,6 +3,7 @@
 use super::StartError;
 use super::fluid::Bodies;
 use super::image::{lengths, periodic, wrap};
+use crate::math::fixed::Scales;
 use crate::state::{Particle, Squirmer, System};
 use glam::DVec3;
 use std::io::BufRead;
@@ -70,7 +71,20 @@ fn particle<'a>(fields: impl Iterator<Item = &'a str>, system: &System, bodies: 
     if let Some(squirmer) = bodies.containing(position) {
         return Err(format!("({x}, {y}, {z}) lies inside squirmer {squirmer}"));
     }
-    Ok(Particle { position, velocity: DVec3::new(vx, vy, vz) })
+    let velocity = DVec3::new(vx, vy, vz);
+    match speed_problem(velocity, system) {
+        Some(reason) => Err(reason),
+        None => Ok(Particle { position, velocity }),
+    }
+}
+
+/// What is wrong with a velocity that the sums over a cell do not hold: a run would stop at its first step.
+#[must_use]
+pub fn speed_problem(velocity: DVec3, system: &System) -> Option<String> {
+    let most = Scales::new(system.fluid.density, system.fluid.temperature).max_speed;
+    let speed = velocity.length();
+    let rounded = (speed * 1e4).round() / 1e4;
+    (speed > most).then(|| format!("the speed {rounded} is above {most}, the largest at this temperature"))
 }
 
 #[cfg(test)]
@@ -103,6 +117,7 @@ mod tests {
             ("x,y,z,vx,vy,vz\n1,2,3,4,x,6\n", 2, "vy = `x`"),
             ("x,y,z,vx,vy,vz\n1,2,3,4,inf,6\n", 2, "finite"),
             ("x,y,z,vx,vy,vz\n\n1,10,3,4,5,6\n", 3, "beyond the walls"),
+            ("x,y,z,vx,vy,vz\n1,2,3,0,0,24\n1,2,3,0,-24,2\n", 3, "the speed 24.0832 is above 24"),
             ("x,y,z,vx,vy,vz\n13.9,5,10,0,0,0\n", 2, "inside squirmer 0"),
         ];
         for (text, line, reason) in cases {

@@ -209,3 +209,27 @@ fn impossible_starts_say_why() {
     narrow.species = vec![species(1, 3.0, 3.0)];
     assert!(matches!(start(&narrow), Err(StartError::Narrow { axis: "y", .. })));
 }
+
+#[test]
+fn random_places_are_found_up_to_the_crowding_that_is_sure() {
+    let cases = [
+        ([20, 20, 20], false, 3.0, 3.0),
+        ([24, 24, 24], false, 4.0, 2.0),
+        ([24, 24, 24], false, 2.0, 4.0),
+        ([16, 16, 16], false, 1.0, 1.0),
+        ([40, 7, 40], true, 3.0, 3.0),
+        ([40, 7, 40], true, 6.0, 3.0),
+        ([40, 12, 40], true, 6.0, 3.0),
+    ];
+    for (size, walled, along, across) in cases {
+        let mut system = system(size, walled);
+        system.species = vec![species(1, along, across)];
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+        let most = (SURE / crowding(&system)) as u32;
+        system.species[0].count = most;
+        assert!(most > 10 && crowding(&system) > 0.5, "{size:?}: {most}");
+        assert!(poses(&system).is_ok(), "{size:?} {most}");
+        system.species[0].count = 2 * most;
+        assert!(matches!(poses(&system), Err(StartError::Crowded { .. })), "{size:?}");
+    }
+}
