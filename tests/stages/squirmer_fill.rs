@@ -174,7 +174,7 @@ fn cells_within_a_body_hold_nobody() {
         let axes = DVec3::new(hull.across, hull.across, hull.along);
         let system = System { species, ..system.clone() };
         let body = Squirmer { species: 0, position: DVec3::new(8.3, 7.9, 8.1), ..body };
-        let mut bench = Bench::new(&system, &state(Vec::new(), vec![body.clone()]), &KINDS[..3], &[]);
+        let mut bench = Bench::new(&system, &state(Vec::new(), vec![body]), &KINDS[..3], &[]);
         bench.run_all(&KINDS[..3]);
         let moments = bench.moments();
         let mut expected = vec![0.0; moments.len()];
