@@ -40,14 +40,25 @@ fn ghost_place(i: u32, s: vec3<f32>, moved: vec3<u32>) -> Place {
     return locate(squirmers[i].position + to_units(s), moved);
 }
 
-// Whether anything but its own squirmer's ghosts can be in a ghost's cell: not if the whole cell lies inside the hull. Collisions there change
-// neither momentum nor angular momentum, so that such ghosts need not take part. `s` as above, `offset` from the cell's centre. With c the centre in
-// units of the semi-axes b and h half a diagonal, |c + h|^2 <= |c|^2 + 2 c.h + 3/(4 b_min^2); 2 c.h is largest for the corner on c's side.
-fn may_meet(i: u32, s: vec3<f32>, offset: vec3<f32>) -> bool {
+// How far a ghost's cell reaches from its squirmer's centre, squared and in units of the hull: below 1 all of it lies inside. `s` as above, `offset` from
+// the cell's centre. With c the centre in units of the semi-axes b and h half a diagonal, |c + h|^2 <= |c|^2 + 2 c.h + 3/(4 b_min^2); 2 c.h is
+// largest for the corner on c's side.
+fn reach_of_cell(i: u32, s: vec3<f32>, offset: vec3<f32>) -> f32 {
     let b = hull(species[squirmers[i].species]);
     let q = squirmers[i].orientation;
     let c = turn_back(q, s - offset) / b;
     let slope = abs(turn(q, c / b));
     let least = min(b.x, b.z);
-    return dot3(c, c) + slope.x + slope.y + slope.z + 0.75 / (least * least) > 1.0;
+    return dot3(c, c) + slope.x + slope.y + slope.z + 0.75 / (least * least);
+}
+
+// Whether anything but its own squirmer's ghosts can be in a ghost's cell. If not, collisions there change neither momentum nor angular momentum, so
+// that such ghosts need not take part.
+fn may_meet(i: u32, s: vec3<f32>, offset: vec3<f32>) -> bool {
+    return reach_of_cell(i, s, offset) > 1.0;
+}
+
+// Whoever took part is among them, however a compiler rounds; others gain nothing in a cell where nobody collides.
+fn may_have_met(i: u32, s: vec3<f32>, offset: vec3<f32>) -> bool {
+    return reach_of_cell(i, s, offset) > 0.9999;
 }

@@ -140,7 +140,7 @@ fn receive(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) gro
     if whose.there {
         let g = ghost_at(invocation(group, groups, lane));
         let place = ghost_place(i, g.s, vec3<u32>(shift[0], shift[1], shift[2]));
-        if may_meet(i, g.s, place.offset) {
+        if may_have_met(i, g.s, place.offset) {
             let v = moving_ghost(i, g);
             let gain = collided(operator_at(place.cell), place.offset, v) - v;
             let by = Witness(SITE_SQUIRMER_FILL, i, now.step_low);
