@@ -10,7 +10,7 @@ say "Building squirm (the first time 5 to 10 minutes on two cores)"
 cargo build --release --locked
 prepare_adapter
 
-say "Running pipelines/quickstart.toml (a second on a GPU, about a minute on two cores)"
+say "Running pipelines/quickstart.toml (a second on a GPU, up to a minute on two cores)"
 "$squirm" run pipelines/quickstart.toml
 
 newest=$(find runs -mindepth 2 -maxdepth 2 -path 'runs/quickstart*/run.mcap' -printf '%T@ %p\n' 2>/dev/null | sort -n | tail -n 1 | cut -d ' ' -f 2- || true)
