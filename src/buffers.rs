@@ -380,7 +380,13 @@ pub const CATALOGUE: &[Buffer] = &[
         "of each ghost: from its squirmer's centre, in cells; v_x beside that of all, random and slip",
     ),
     buffer("ghosts_yz", Derived(&[]), SquirmerGhosts, 2, "v_y and v_z of the same"),
-    buffer("ghost_sums", Scratch, Squirmers, 30, "sums over the ghosts of each squirmer: 15 wide sums"),
+    buffer(
+        "ghost_sums",
+        Scratch,
+        Squirmers,
+        31,
+        "sums over the ghosts of each squirmer: 15 wide sums, and how many take part",
+    ),
     buffer(
         "ghost_motion",
         Derived(&[]),

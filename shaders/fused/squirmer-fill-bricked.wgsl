@@ -41,7 +41,7 @@ fn enter(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) group
     if lane < FAR {
         atomicStore(&going[lane], 0u);
     }
-    let whose = whose_ghost(invocation(group, groups, 0u), lane);
+    let whose = whose_kept_ghost(invocation(group, groups, 0u), lane);
     let i = min(whose.squirmer, system.squirmer_count - 1u);
     let home = brick_place_at(squirmers[i].position);
     workgroupBarrier();
@@ -55,11 +55,10 @@ fn enter(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) group
         p = Particle(squirmers[i].position + to_units(g.s), moving_ghost(i, g));
         let at = brick_place_at(p.position);
         brick = brick_number(at);
-        let cell = ghost_place(i, g.s, vec3<u32>(shift[0], shift[1], shift[2]));
         let fault = fault_of(square_of(p.velocity));
         if fault != 0u {
-            report(fault, cell.cell, by);
-        } else if may_meet(i, g.s, cell.offset) {
+            report(fault, ghost_place(i, g.s, vec3<u32>(shift[0], shift[1], shift[2])).cell, by);
+        } else {
             number = neighbour_number(home, at);
             if number == FAR {
                 place = atomicAdd(&brick_ghosts[brick], 1u);

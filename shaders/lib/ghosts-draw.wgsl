@@ -16,14 +16,14 @@ fn drawn_ghost(squirmer: u32, index: u32, kind: SpeciesUniform, orientation: vec
     let u = uniforms(PURPOSE_SQUIRMER_GHOST, squirmer, index, 0u);
     let z = fma(2.0, u.x, -1.0);
     let ring = sqrt(max(0.0, fma(-z, z, 1.0)));
-    let surface = vec3<f32>(ring * cos(TAU * u.y), ring * sin(TAU * u.y), z) * hull(kind);
-    let point = surface * pow(u.z, 1.0 / 3.0);
+    let direction = vec3<f32>(ring * cos(TAU * u.y), ring * sin(TAU * u.y), z);
+    let share = pow(u.z, 1.0 / 3.0);
     var g: Drawn;
-    g.s = turn(orientation, point);
+    g.s = turn(orientation, direction * hull(kind) * share);
     if continued {
-        g.slip = turn(orientation, slip_inside(kind, point));
+        g.slip = turn(orientation, slip_inside(kind, direction, share));
     } else {
-        g.slip = turn(orientation, slip(kind, surface));
+        g.slip = turn(orientation, slip(kind, direction));
     }
     g.random = system.thermal_speed * normals(uniforms(PURPOSE_SQUIRMER_GHOST, squirmer, index, 1u));
     return g;

@@ -17,6 +17,16 @@ fn whose_ghost(first: u32, lane: u32) -> Whose {
     return Whose(i, index, i < system.squirmer_count && index < species[squirmers[i].species].ghosts);
 }
 
+// Where `ghost_motion` has the number of a squirmer's ghosts that take part, if only these are kept.
+const KEPT: u32 = 3u;
+
+// The same if only those who take part are kept.
+fn whose_kept_ghost(first: u32, lane: u32) -> Whose {
+    let i = first / system.ghost_stride;
+    let index = first % system.ghost_stride + lane;
+    return Whose(i, index, i < system.squirmer_count && index < u32(ghost_motion[8u * i + KEPT]));
+}
+
 struct Ghost {
     // From the squirmer's centre, lab frame, in cells.
     s: vec3<f32>,
@@ -44,12 +54,12 @@ fn ghost_place(i: u32, s: vec3<f32>, moved: vec3<u32>) -> Place {
 // the cell's centre. With c the centre in units of the semi-axes b and h half a diagonal, |c + h|^2 <= |c|^2 + 2 c.h + 3/(4 b_min^2); 2 c.h is
 // largest for the corner on c's side.
 fn reach_of_cell(i: u32, s: vec3<f32>, offset: vec3<f32>) -> f32 {
-    let b = hull(species[squirmers[i].species]);
+    let by_b = 1.0 / hull(species[squirmers[i].species]);
     let q = squirmers[i].orientation;
-    let c = turn_back(q, s - offset) / b;
-    let slope = abs(turn(q, c / b));
-    let least = min(b.x, b.z);
-    return dot3(c, c) + slope.x + slope.y + slope.z + 0.75 / (least * least);
+    let c = turn_back(q, s - offset) * by_b;
+    let slope = abs(turn(q, c * by_b));
+    let most = max(by_b.x, by_b.z);
+    return dot3(c, c) + slope.x + slope.y + slope.z + 0.75 * most * most;
 }
 
 // Whether anything but its own squirmer's ghosts can be in a ghost's cell. If not, collisions there change neither momentum nor angular momentum, so

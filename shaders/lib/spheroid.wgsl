@@ -27,35 +27,41 @@ struct Slip {
     rotlet: vec3<f32>,
 }
 
-fn slip_modes(s: SpeciesUniform, p: vec3<f32>) -> Slip {
-    let b = hull(s);
-    let n = normalize(p / (b * b));
+// At the point of the surface that is q times the semi-axes, |q| = 1; `by_width` is 1 over the square root of width_at(b, q.z).
+fn slip_modes(s: SpeciesUniform, b: vec3<f32>, q: vec3<f32>, by_width: f32) -> Slip {
+    // The normal is along q over the semi-axes.
+    let n = q * b.zzx * by_width;
     let tangent = vec3<f32>(-n.z * n.x, -n.z * n.y, fma(-n.z, n.z, 1.0));
-    let zeta = p.z / b.z;
-    return Slip(-s.b1 * tangent, -s.b2 * zeta * tangent, vec3<f32>(-p.y, p.x, 0.0) * (s.rotlet * zeta / b.x));
+    return Slip(-s.b1 * tangent, -s.b2 * q.z * tangent, vec3<f32>(-q.y, q.x, 0.0) * (s.rotlet * q.z));
 }
 
-fn slip(s: SpeciesUniform, p: vec3<f32>) -> vec3<f32> {
-    let modes = slip_modes(s, p);
+// b_x^2 zeta^2 + b_z^2 (1 - zeta^2): of a point of the surface at the height zeta in units of b_z, (b_x b_z)^2 times the square of q over the semi-axes.
+fn width_at(b: vec3<f32>, zeta: f32) -> f32 {
+    return fma(b.x * b.x, zeta * zeta, b.z * b.z * fma(-zeta, zeta, 1.0));
+}
+
+// At the point of the hull's surface that is q times the semi-axes, |q| = 1.
+fn slip(s: SpeciesUniform, q: vec3<f32>) -> vec3<f32> {
+    let b = hull(s);
+    let modes = slip_modes(s, b, q, inverseSqrt(width_at(b, q.z)));
     return modes.first + modes.second + modes.rotlet;
 }
 
-// The squirmer's own flow continued from the surface to a point inside, to first order in the depth: its gradients along the normal are
-// known from Stokes flow (math/surface.rs has the formulas). The foot of the normal is found to first order as well.
-fn slip_inside(s: SpeciesUniform, point: vec3<f32>) -> vec3<f32> {
+// The squirmer's own flow continued from the surface to the point that is `share` e times the semi-axes, |e| = 1, to first order in the depth: its
+// gradients along the normal are known from Stokes flow (math/surface.rs has the formulas). The foot of the normal is found to first order as well.
+fn slip_inside(s: SpeciesUniform, e: vec3<f32>, share: f32) -> vec3<f32> {
     let b = hull(s);
-    let scaled = max(length(point / b), 1e-6);
-    let homothetic = point / scaled;
-    let normal = normalize(homothetic / (b * b));
-    let depth = min((1.0 - scaled) * dot(homothetic, normal), DEEPEST);
-    let foot = point + depth * normal;
-    let p = foot / max(length(foot / b), 1e-6);
-    let zeta = p.z / b.z;
-    let width = fma(b.x * b.x, zeta * zeta, b.z * b.z * fma(-zeta, zeta, 1.0));
-    let meridian = b.x * b.z / (width * sqrt(width));
-    let around = 1.0 / (b.x * b.x * length(p / (b * b)));
-    let modes = slip_modes(s, p);
-    return fma(meridian, depth, 1.0) * modes.first + fma(meridian - s.vorticity / sqrt(width), depth, 1.0) * modes.second
+    let by_b = 1.0 / b;
+    let along_normal = e * by_b;
+    let normal = along_normal * inverseSqrt(dot(along_normal, along_normal));
+    let depth = min((1.0 - share) * dot(e * b, normal), DEEPEST);
+    let foot = fma(vec3<f32>(depth), normal * by_b, share * e);
+    let q = foot * inverseSqrt(max(dot(foot, foot), 1e-12));
+    let by_width = inverseSqrt(width_at(b, q.z));
+    let meridian = b.x * b.z * by_width * by_width * by_width;
+    let around = b.z * by_b.x * by_width;
+    let modes = slip_modes(s, b, q, by_width);
+    return fma(meridian, depth, 1.0) * modes.first + fma(fma(-s.vorticity, by_width, meridian), depth, 1.0) * modes.second
         + fma(3.0 * around, depth, 1.0) * modes.rotlet;
 }
 

@@ -14,6 +14,12 @@ fn collect(sum: u32, value: i32) {
     atomicAdd(&partial[2u * sum + 1u], value >> 16u);
 }
 
+fn collect3(sum: u32, values: vec3<i32>) {
+    collect(sum, values.x);
+    collect(sum + 1u, values.y);
+    collect(sum + 2u, values.z);
+}
+
 // The workgroup's share of a wide sum as (low, high).
 fn collected(sum: u32) -> vec2<u32> {
     let rest = atomicLoad(&partial[2u * sum + 1u]);

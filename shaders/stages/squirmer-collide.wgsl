@@ -54,13 +54,16 @@ struct Touching {
     distance: f32,
 }
 
-// The plane for a cell whose centre is at `d` from the squirmer's; inside the squirmer it is some plane.
+// The plane for a cell whose centre is at `d` from the squirmer's; inside the squirmer it is some plane. With q = p/b its normal is along q/b, so that
+// n.p = |q|^2/|q/b| and |b n| = |q|/|q/b|.
 fn touching(orientation: vec4<f32>, b: vec3<f32>, d: vec3<f32>) -> Touching {
-    let p = turn_back(orientation, d);
-    let away = p / (b * b);
-    let size = length(away);
-    let n = select(vec3<f32>(0.0, 0.0, 1.0), away / size, size > 0.0);
-    return Touching(n, dot(n, p) - length(b * n));
+    let q = turn_back(orientation, d) * (1.0 / b);
+    let away = q * (1.0 / b);
+    let reach = sqrt(dot(q, q));
+    let at_centre = reach < 1e-6;
+    let by_size = inverseSqrt(max(dot(away, away), 1e-30));
+    let n = select(away * by_size, vec3<f32>(0.0, 0.0, 1.0), at_centre);
+    return Touching(n, (reach - 1.0) * select(reach * by_size, b.z, at_centre));
 }
 
 // No point of a cell is farther from its centre than this.
@@ -279,10 +282,11 @@ fn bounce(start: Path, e: Event, elapsed: f32) -> Path {
     let kind = species[squirmers[i].species];
     let b = hull(kind);
     let pose = pose_at(i, elapsed);
-    let body = normalize(e.contact) * b;
+    let contact = normalize(e.contact);
+    let body = contact * b;
     let s = turn(pose.orientation, body);
     p.position = squirmers[i].position_before + to_units(pose.moved + OUTSIDE * s);
-    let surface = squirmers[i].drift + cross3(squirmers[i].spin, s) + turn(pose.orientation, slip(kind, body));
+    let surface = squirmers[i].drift + cross3(squirmers[i].spin, s) + turn(pose.orientation, slip(kind, contact));
     let inwards = dot(p.velocity - surface, turn(pose.orientation, body / (b * b))) < 0.0;
     if inwards || !e.inside {
         let v = p.velocity;

@@ -2,12 +2,11 @@
 // the surface (Theers et al. 2016). Ghosts are drawn afresh in each step.
 //!include dispatch
 //!include ghosts
-//!include ghosts-draw
+//!include ghosts-rigid
+//!include ghosts-gain
 //!include deposit
-//!include operator-load
 //!include absorb
 //!include symmetric
-//!include workgroup-sum
 
 @group(0) @binding(0) var<uniform> system: SystemUniform;
 @group(0) @binding(1) var<uniform> settings: SquirmerFillSettings;
@@ -24,16 +23,6 @@
 @group(0) @binding(12) var<storage, read_write> ghosts: array<vec4<f32>>;
 @group(0) @binding(13) var<storage, read_write> ghosts_yz: array<vec2<f32>>;
 var<immediate> now: Now;
-
-// Sums over a squirmer's ghosts: 0-2 s, 3-5 v, 6-8 s x v, 9-11 xx yy zz, 12-14 xy xz yz of s s^T; wide.
-const SUM_WORDS: u32 = 30u;
-const SUM_SCALE: f32 = 262144.0;
-
-fn collect3(lane: u32, sum: u32, values: vec3<i32>) {
-    collect(sum, values.x);
-    collect(sum + 1u, values.y);
-    collect(sum + 2u, values.z);
-}
 
 @compute @workgroup_size(WORKGROUP)
 fn clear_sums(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
@@ -54,27 +43,16 @@ fn draw(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups
     let whose = whose_ghost(invocation(group, groups, 0u), lane);
     let i = whose.squirmer;
     if whose.there {
-        let kind = species[squirmers[i].species];
-        let g = drawn_ghost(i, whose.index, kind, squirmers[i].orientation, settings.continued == 1u);
+        let g = drawn_ghost(i, whose.index, species[squirmers[i].species], squirmers[i].orientation, settings.continued == 1u);
         let all = g.slip + g.random;
         ghosts[k] = vec4<f32>(g.s, all.x);
         ghosts_yz[k] = all.yz;
         if settings.equipartition == 1u {
-            let v = g.random * system.inverse_impulse_unit;
-            collect3(lane, 0u, fixed3(g.s * SUM_SCALE));
-            collect3(lane, 3u, fixed3(v * SUM_SCALE));
-            collect3(lane, 6u, fixed3(cross3(g.s, v) * SUM_SCALE));
-            collect3(lane, 9u, fixed3(g.s * g.s * SUM_SCALE));
-            collect3(lane, 12u, fixed3(vec3<f32>(g.s.x * g.s.y, g.s.x * g.s.z, g.s.y * g.s.z) * SUM_SCALE));
+            add_rigid(g);
         }
     }
     workgroupBarrier();
-    if lane < WORKGROUP_SUMS && i < system.squirmer_count {
-        let share = collected(lane);
-        let word = i * SUM_WORDS + 2u * lane;
-        let old = atomicAdd(&ghost_sums[word], share.x);
-        atomicAdd(&ghost_sums[word + 1u], share.y + select(0u, 1u, old + share.x < old));
-    }
+    hand_on_rigid(i, lane);
 }
 
 fn ghost_sum(i: u32, sum: u32) -> f32 {
@@ -115,6 +93,7 @@ fn prepare(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) gro
         ghost_motion[8u * i + k] = linear[k];
         ghost_motion[8u * i + 4u + k] = angular[k];
     }
+    ghost_motion[8u * i + KEPT] = f32(atomicLoad(&ghost_sums[i * SUM_WORDS + KEPT_WORD]));
 }
 
 @compute @workgroup_size(WORKGROUP)
@@ -141,20 +120,11 @@ fn receive(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) gro
         let g = ghost_at(invocation(group, groups, lane));
         let place = ghost_place(i, g.s, vec3<u32>(shift[0], shift[1], shift[2]));
         if may_have_met(i, g.s, place.offset) {
-            let v = moving_ghost(i, g);
-            let gain = collided(operator_at(place.cell), place.offset, v) - v;
-            let by = Witness(SITE_SQUIRMER_FILL, i, now.step_low);
-            collect3(lane, 0u, impulse_fixed(gain, FORCE_SCALE, by));
-            collect3(lane, 3u, impulse_fixed(cross3(g.s, gain), TORQUE_SCALE, by));
+            add_gain(i, g, place, now.step_low);
         }
     }
     workgroupBarrier();
-    if lane < 6u && i < system.squirmer_count {
-        let share = collected(lane);
-        let word = i * IMPULSE_WORDS + 2u * lane;
-        let old = atomicAdd(&impulses[word], share.x);
-        atomicAdd(&impulses[word + 1u], share.y + select(0u, 1u, old + share.x < old));
-    }
+    hand_on_gains(i, lane);
 }
 
 @compute @workgroup_size(WORKGROUP)

@@ -12,15 +12,6 @@ pub enum Gathering {
     Bricks,
 }
 
-impl Gathering {
-    /// What suits a GPU with this many cells: bricks, if there are enough of them to keep all of it busy.
-    #[must_use]
-    pub fn on_gpu(cells: u64) -> Self {
-        const ENOUGH: u64 = 600;
-        if cells >= 64 * ENOUGH { Self::Bricks } else { Self::Chains }
-    }
-}
-
 /// How many elements each extent has in one run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Sizes {

@@ -95,6 +95,16 @@ impl Ordered {
     }
 }
 
+/// Invocations for the particles of a brick that wait. Where all workgroups find room on a GPU at once, what counts is how soon the last is done; where
+/// there are many, that none of its invocations is idle.
+fn held_lanes(sizes: &Sizes) -> f64 {
+    match sizes.count(Extent::Bricks) {
+        0..600 => 256.0,
+        600..5_000 => 64.0,
+        _ => 32.0,
+    }
+}
+
 impl Fused {
     /// Compiles what the orders dispatch.
     pub(super) fn new(
@@ -106,7 +116,7 @@ impl Fused {
     ) -> Result<Self, GpuError> {
         let uniforms: Vec<(String, wgpu::Buffer)> =
             plan.stages.iter().map(|s| (settings_name(s.entry.kind), settings(gpu, s, plan))).collect();
-        let constants = constants(plan);
+        let constants = [&constants(plan)[..], &[("HELD_LANES", held_lanes(sizes))]].concat();
         let mut made = Vec::new();
         for (item, module) in ordered.kernels {
             let members = item.members();

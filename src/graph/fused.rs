@@ -33,10 +33,10 @@ pub fn sizes(plan: &Plan, particles: u64, gathering: Option<Gathering>) -> Sizes
         let at_once = at_once::possible(&[stages(plan, true), stages(plan, false)], &sizes);
         Sizes { at_once, ..sizes }
     };
-    if gathering.unwrap_or(Gathering::on_gpu(sizes.cells)) == Gathering::Chains {
+    if gathering == Some(Gathering::Chains) {
         let chains = waiting_in(plan, sizes);
-        // A CPU asks for chains. Steps take turns with two chains by what is made ahead.
-        let may = gathering.is_some() && ahead(plan, &chains).is_ok_and(|ahead| !ahead.is_empty());
+        // Steps take turns with two chains by what is made ahead.
+        let may = ahead(plan, &chains).is_ok_and(|ahead| !ahead.is_empty());
         return if may { at_once(chains) } else { chains };
     }
     let bricks = Sizes { room: packed::brick_room(&plan.system), ..sizes };

@@ -22,6 +22,8 @@ const LIBRARY: &[(&str, &str)] = &[
     ("fault", include_str!("../../shaders/lib/fault.wgsl")),
     ("ghosts", include_str!("../../shaders/lib/ghosts.wgsl")),
     ("ghosts-draw", include_str!("../../shaders/lib/ghosts-draw.wgsl")),
+    ("ghosts-gain", include_str!("../../shaders/lib/ghosts-gain.wgsl")),
+    ("ghosts-rigid", include_str!("../../shaders/lib/ghosts-rigid.wgsl")),
     ("held", include_str!("../../shaders/lib/held.wgsl")),
     ("held-store", include_str!("../../shaders/lib/held-store.wgsl")),
     ("impulse-fixed", include_str!("../../shaders/lib/impulse-fixed.wgsl")),

@@ -57,9 +57,16 @@ impl Stage for SquirmerFill {
         )],
     });
     const BRICKED: Option<Fused> = Some(Fused {
-        wgsl: &[include_str!("../../shaders/fused/squirmer-fill-bricked.wgsl")],
+        wgsl: &[
+            include_str!("../../shaders/fused/squirmer-fill-kept.wgsl"),
+            include_str!("../../shaders/fused/squirmer-fill-bricked.wgsl"),
+        ],
         ahead: &[],
-        instead: &[("fill", &[Phase { entry: "enter", over: Extent::SquirmerGhosts }])],
+        instead: &[
+            ("draw", &[Phase { entry: "draw", over: Extent::SquirmerGhosts }]),
+            ("fill", &[Phase { entry: "enter", over: Extent::SquirmerGhosts }]),
+            ("receive", &[Phase { entry: "receive", over: Extent::SquirmerGhosts }]),
+        ],
     });
     const SHARED: &'static [&'static str] = &["gather"];
     const OWN: &'static [&'static str] = &["prepare", "absorb"];

@@ -77,7 +77,7 @@ impl Stage for WallGhosts {
     const EACH: &'static [(&'static str, &'static str)] =
         &[("observe_bricks", "observe_brick"), ("fill_cells", "filled")];
     const AFTER: &'static [&'static str] = &["cell-reduce"];
-    const SHARED: &'static [&'static str] = &["fill"];
+    const SHARED: &'static [&'static str] = &["fill", "draw_behind"];
     type Params = Self;
     type Uniform = WallGhostsSettings;
 

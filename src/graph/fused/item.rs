@@ -162,11 +162,17 @@ impl Item {
     }
 
     /// Invocations for each of its elements. What cells share is the work for the ghosts of squirmers: where most have none, four invocations
-    /// that find that out cost more than sharing gains.
+    /// that find that out cost more than sharing gains. Of cells at walls there may be enough to keep a GPU busy with one invocation for each, which then
+    /// share the ghosts of more cells, and more evenly.
     #[must_use]
     pub fn lanes(&self, adapter: Lanes, sizes: &Sizes) -> Lanes {
+        const ENOUGH: u64 = 10_000;
         let first = &self.members()[0];
-        let idle = first.phase.over == Extent::Cells && 2 * sizes.count(Extent::SquirmerGhosts) < sizes.cells;
+        let idle = match first.phase.over {
+            Extent::Cells => 2 * sizes.count(Extent::SquirmerGhosts) < sizes.cells,
+            Extent::WallCells => sizes.count(Extent::WallCells) > ENOUGH,
+            _ => false,
+        };
         if first.shared && !idle { adapter } else { Lanes::One }
     }
 
