@@ -1,5 +1,5 @@
-// What the random velocities of a squirmer's ghosts have of a rigid motion, as sums. The including file binds `system`, `settings` and `ghost_sums` (as
-// atomics).
+// What the random velocities of a squirmer's ghosts have of a rigid motion, as sums. The including file binds what `ghosts-draw`
+// asks for, and `ghost_sums` as atomics.
 //!include ghosts-draw
 //!include workgroup-sum
 //!include contribution

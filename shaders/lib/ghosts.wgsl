@@ -20,7 +20,7 @@ fn whose_ghost(first: u32, lane: u32) -> Whose {
 // Where `ghost_motion` has the number of a squirmer's ghosts that take part, if only these are kept.
 const KEPT: u32 = 3u;
 
-// The same if only those who take part are kept.
+// As `whose_ghost`, where only ghosts that take part are kept, in the first places of their squirmer.
 fn whose_kept_ghost(first: u32, lane: u32) -> Whose {
     let i = first / system.ghost_stride;
     let index = first % system.ghost_stride + lane;
