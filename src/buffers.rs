@@ -118,7 +118,7 @@ shared! {
         scale_velocity: f32,
         /// Scale of sum |v|^2 in the moments.
         scale_energy: f32,
-        /// Scale of the coarse copy of sum |v|^2.
+        /// Scale of the coarse copy of sum |v|^2 in the moments.
         scale_coarse: f32,
         /// Scale of sum x in the moments.
         scale_position: f32,
@@ -148,12 +148,12 @@ shared! {
         impulse_unit: f32,
         /// 1 / impulse_unit.
         inverse_impulse_unit: f32,
+        /// Bit from which on the coarse copy of sum |v|^2 stands above the count.
+        coarse_bit: u32,
+        /// 1.5 * 2^23, for rounding: a number that no compiler knows.
+        whole: f32,
         /// Not used.
         pad: u32,
-        /// Not used.
-        pad_too: u32,
-        /// Not used.
-        pad_again: u32,
     }
 }
 

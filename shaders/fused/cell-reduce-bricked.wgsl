@@ -68,13 +68,14 @@ fn row_of(cell: u32) -> u32 {
 
 // Adds a particle to the sums of its cell.
 fn add_particle(p: Particle) {
-    let place = locate(p.position, vec3<u32>(shift[0], shift[1], shift[2]));
+    let moved = vec3<u32>(shift[0], shift[1], shift[2]);
+    let place = locate_in_brick(p.position, moved);
     let fault = fault_of(square_of(p.velocity));
     if fault != 0u {
-        report(fault, place.cell, Witness(SITE_CELL_REDUCE, UNKNOWN, now.step_low));
+        report(fault, locate(p.position, moved).cell, Witness(SITE_CELL_REDUCE, UNKNOWN, now.step_low));
         return;
     }
-    add_to_cell(place.cell % BRICK_CELLS, contribution(ONE_PARTICLE, place.offset, p.velocity));
+    add_to_cell(place.cell, raw_contribution(FLUID, place.offset, p.velocity));
 }
 
 // How many ghosts of squirmers the brick has.
@@ -102,8 +103,8 @@ fn add_ghosts(brick: u32, lane: u32) {
     let ghosts = workgroupUniformLoad(&ghost_count);
     for (var k = lane; k < ghosts; k += BRICK_LANES) {
         let g = ghost_in_brick(slot_of(brick, k));
-        let place = locate(g.position, vec3<u32>(shift[0], shift[1], shift[2]));
-        add_to_cell(place.cell % BRICK_CELLS, contribution(ONE_GHOST, place.offset, g.velocity));
+        let place = locate_in_brick(g.position, vec3<u32>(shift[0], shift[1], shift[2]));
+        add_to_cell(place.cell, raw_contribution(GHOST, place.offset, g.velocity));
     }
     if lane == 0u {
         atomicStore(&brick_ghosts[brick], 0u);

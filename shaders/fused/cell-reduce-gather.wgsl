@@ -43,7 +43,7 @@ fn gathered(cell: u32) -> Sums {
             fault |= own;
             witness = i;
         } else {
-            s = sum_of(s, contribution(ONE_PARTICLE, locate(p.position, vec3<u32>(shift[0], shift[1], shift[2])).offset, p.velocity));
+            s = sum_of(s, contribution(FLUID, locate(p.position, vec3<u32>(shift[0], shift[1], shift[2])).offset, p.velocity));
         }
     }
     if fault != 0u {

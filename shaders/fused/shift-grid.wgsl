@@ -19,6 +19,6 @@ fn shift_ahead(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups)
     }
     let low = now.step_low + k;
     let step = vec2<u32>(low, now.step_high + select(0u, 1u, low < k));
-    let u = uniforms_at(step, PURPOSE_SHIFT, 0u, 0u, 0u);
+    let u = units(words_at(step, PURPOSE_SHIFT, 0u, 0u, 0u));
     shifts[low % (AHEAD + 1u) * STRIDE] = vec4<u32>(vec3<u32>(u.xyz * system.units), low);
 }

@@ -35,16 +35,19 @@ fn draw(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups
     var g: Drawn;
     var place = DROPPED;
     if whose.there {
-        g = drawn_ghost(i, whose.index, species[squirmers[i].species], squirmers[i].orientation, settings.continued == 1u);
+        let kind = species[squirmers[i].species];
+        g = drawn_ghost(i, whose.index, kind, squirmers[i].orientation, settings.continued == 1u);
         if settings.equipartition == 1u {
-            add_rigid(g);
+            add_rigid(g, kind);
         }
         if may_meet(i, g.s, ghost_place(i, g.s, vec3<u32>(shift[0], shift[1], shift[2])).offset) {
             place = atomicAdd(&kept, 1u);
         }
     }
     workgroupBarrier();
-    hand_on_rigid(i, lane);
+    if settings.equipartition == 1u {
+        hand_on_rigid(whose, lane);
+    }
     if lane == WORKGROUP - 1u && i < system.squirmer_count {
         kept_first = i * system.ghost_stride + atomicAdd(&ghost_sums[i * SUM_WORDS + KEPT_WORD], atomicLoad(&kept));
     }

@@ -57,7 +57,7 @@ fn gather(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) grou
             let i = (mine - 1u) / system.ghost_stride;
             let g = ghost_at(mine - 1u);
             let place = ghost_place(i, g.s, vec3<u32>(shift[0], shift[1], shift[2]));
-            s = with_one(s, ONE_GHOST, cell, place.offset, moving_ghost(i, g), Witness(SITE_SQUIRMER_FILL, i, now.step_low));
+            s = with_one(s, GHOST, cell, place.offset, moving_ghost(i, g), Witness(SITE_SQUIRMER_FILL, i, now.step_low));
         }
     }
     // Nobody empties the chain before all have read its end.

@@ -1,17 +1,11 @@
 // Positions as u32 fractions of a turn, and the cells they lie in: exact, with wrap-around and minimum image for free.
 // The including file binds `system`.
 //!include nearest
+//!include split
 struct Place {
     cell: u32,
     // From the cell's centre, in cells: -0.5 <= offset < 0.5.
     offset: vec3<f32>,
-}
-
-// x * period / 2^32: whole cells, and the rest in units of 2^-32 cell.
-fn split(x: u32, period: u32) -> vec2<u32> {
-    let low = (x & 0xffffu) * period;
-    let high = (x >> 16u) * period + (low >> 16u);
-    return vec2<u32>(high >> 16u, (high << 16u) | (low & 0xffffu));
 }
 
 fn from_centre(fraction: u32) -> f32 {
@@ -26,17 +20,32 @@ fn cell_index(c: vec3<u32>) -> u32 {
     return ((b.z * bricks.y + b.y) * bricks.x + b.x) * 64u + w.z * 16u + w.y * 4u + w.x;
 }
 
-// The cell of a position on the grid moved by `shift`.
-fn locate(position: vec3<u32>, shift: vec3<u32>) -> Place {
+// Of a position on the grid moved by `shift`: its cell along each axis, and how far it is from the centre of that.
+struct Spot {
+    cell: vec3<u32>,
+    offset: vec3<f32>,
+}
+
+fn spot(position: vec3<u32>, shift: vec3<u32>) -> Spot {
     let p = position + shift;
     let x = split(p.x, system.period.x);
     let y = split(p.y, system.period.y);
     let z = split(p.z, system.period.z);
-    var place: Place;
+    return Spot(vec3<u32>(x.x, y.x, z.x), vec3<f32>(from_centre(x.y), from_centre(y.y), from_centre(z.y)));
+}
+
+// Its place there.
+fn locate(position: vec3<u32>, shift: vec3<u32>) -> Place {
+    let s = spot(position, shift);
     // Across a slit the coordinate can leave the grid only if a particle left the box: keep the index in bounds.
-    place.cell = cell_index(vec3<u32>(x.x, min(y.x, system.cells.y - 1u), z.x));
-    place.offset = vec3<f32>(from_centre(x.y), from_centre(y.y), from_centre(z.y));
-    return place;
+    return Place(cell_index(vec3<u32>(s.cell.x, min(s.cell.y, system.cells.y - 1u), s.cell.z)), s.offset);
+}
+
+// The same with the cell's number in its brick.
+fn locate_in_brick(position: vec3<u32>, shift: vec3<u32>) -> Place {
+    let s = spot(position, shift);
+    let w = s.cell & vec3<u32>(3u);
+    return Place(w.z * 16u + w.y * 4u + w.x, s.offset);
 }
 
 // A displacement in cells as coordinate units, rounded to the nearest.

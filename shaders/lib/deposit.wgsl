@@ -13,7 +13,9 @@ fn deposit_sums(cell: u32, s: Sums) {
     atomicAdd(&moments[word], s.count);
     deposit3(word + 1u, s.v);
     atomicAdd(&moments[word + 4u], s.energy);
-    atomicAdd(&moments[word + 5u], s.coarse);
+    if s.ghosts > 0u {
+        atomicAdd(&moments[word + 5u], s.ghosts);
+    }
     if !PLACES {
         return;
     }
@@ -26,23 +28,23 @@ fn deposit_sums(cell: u32, s: Sums) {
 }
 
 // x from the cell's centre.
-fn deposit(one: u32, cell: u32, x: vec3<f32>, v: vec3<f32>, by: Witness) {
+fn deposit(ghosts: u32, cell: u32, x: vec3<f32>, v: vec3<f32>, by: Witness) {
     let fault = fault_of(square_of(v));
     if fault != 0u {
         report(fault, cell, by);
         return;
     }
-    deposit_sums(cell, contribution(one, x, v));
+    deposit_sums(cell, contribution(ghosts, x, v));
 }
 
 // The sums with one more, x from the cell's centre.
-fn with_one(before: Sums, one: u32, cell: u32, x: vec3<f32>, v: vec3<f32>, by: Witness) -> Sums {
+fn with_one(before: Sums, ghosts: u32, cell: u32, x: vec3<f32>, v: vec3<f32>, by: Witness) -> Sums {
     let fault = fault_of(square_of(v));
     if fault != 0u {
         report(fault, cell, by);
         return before;
     }
-    return sum_of(before, contribution(one, x, v));
+    return sum_of(before, contribution(ghosts, x, v));
 }
 
 fn deposit4(word: u32, part: u32, parts: u32, a: vec4<u32>) {
@@ -59,7 +61,7 @@ fn deposit_part(cell: u32, part: u32, parts: u32, s: Sums) {
     let word = cell * MOMENT_WORDS;
     let x = bitcast<vec3<u32>>(s.x);
     deposit4(word, part, parts, vec4<u32>(s.count, bitcast<vec3<u32>>(s.v)));
-    deposit4(word + 4u, part, parts, vec4<u32>(s.energy, s.coarse, x.xy));
+    deposit4(word + 4u, part, parts, vec4<u32>(s.energy, s.ghosts, x.xy));
     if !PLACES {
         return;
     }

@@ -13,7 +13,8 @@ struct Drawn {
 
 // Uniform in the hull. The slip is continued into the body as the flow outside would go on, or that of the surface point in the same direction.
 fn drawn_ghost(squirmer: u32, index: u32, kind: SpeciesUniform, orientation: vec4<f32>, continued: bool) -> Drawn {
-    let u = uniforms(PURPOSE_SQUIRMER_GHOST, squirmer, index, 0u);
+    let drawn = seven(words(PURPOSE_SQUIRMER_GHOST, squirmer, index, 0u));
+    let u = drawn.place;
     let z = fma(2.0, u.x, -1.0);
     let ring = sqrt(max(0.0, fma(-z, z, 1.0)));
     let direction = vec3<f32>(ring * cos(TAU * u.y), ring * sin(TAU * u.y), z);
@@ -25,6 +26,6 @@ fn drawn_ghost(squirmer: u32, index: u32, kind: SpeciesUniform, orientation: vec
     } else {
         g.slip = turn(orientation, slip(kind, direction));
     }
-    g.random = system.thermal_speed * normals(uniforms(PURPOSE_SQUIRMER_GHOST, squirmer, index, 1u));
+    g.random = system.thermal_speed * normals(drawn.motion);
     return g;
 }

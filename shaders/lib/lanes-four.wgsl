@@ -18,7 +18,7 @@ fn added_across_lanes(mine: Sums) -> Sums {
     s.count = across(s.count);
     s.v = across3(s.v);
     s.energy = across(s.energy);
-    s.coarse = across(s.coarse);
+    s.ghosts = across(s.ghosts);
     if PLACES {
         s.x = across3(s.x);
         s.diagonal = across3(s.diagonal);

@@ -1,14 +1,16 @@
 // The 23 sums over a cell's particles, and a coarse copy of sum |v|^2 that shows when the fine one has wrapped.
-// Words: 0 count, and in the high half how many of them are ghosts | 1-3 v | 4 |v|^2 (unsigned) | 5 the same, coarse | 6-8 x
+// Words: 0 count, and from bit `coarse_bit` on the coarse copy | 1-3 v | 4 |v|^2 (unsigned) | 5 how many are ghosts | 6-8 x
 // | 9-14 xx: xx yy zz xy xz yz | 15-23 x_i v_j, row by row.
+//!include energies
 const MOMENT_WORDS: u32 = 24u;
 
 // The sums in fixed point.
 struct Sums {
+    // Particles and ghosts, and sum |v|^2 in coarse units above them.
     count: u32,
     v: vec3<i32>,
     energy: u32,
-    coarse: u32,
+    ghosts: u32,
     x: vec3<i32>,
     // xx, yy, zz and xy, xz, yz of sum x x^T.
     diagonal: vec3<i32>,
@@ -33,11 +35,16 @@ struct Moments {
     faults: u32,
 }
 
+// How many there are, of the first word of the sums.
+fn number_in(count: u32) -> u32 {
+    return count & ((1u << system.coarse_bit) - 1u);
+}
+
 fn moments_of(s: Sums) -> Moments {
     var m: Moments;
-    let count = s.count & 0xffffu;
+    let count = number_in(s.count);
     m.count = f32(count);
-    m.ghosts = s.count > 0xffffu;
+    m.ghosts = s.ghosts > 0u;
     m.v = vec3<f32>(s.v) * system.inverse_velocity;
     m.energy = f32(s.energy) * system.inverse_energy;
     m.x = vec3<f32>(s.x) * system.inverse_position;
@@ -51,8 +58,8 @@ fn moments_of(s: Sums) -> Moments {
         m.faults |= FAULT_COUNT;
     }
     // Each contribution rounds by at most half a unit in either sum.
-    let coarse = f32(s.coarse) * system.inverse_coarse;
-    if abs(coarse - m.energy) > 0.51 * m.count * system.inverse_coarse + 1e-5 * m.energy {
+    let coarse = f32(s.count >> system.coarse_bit) * system.inverse_coarse;
+    if ENERGIES && abs(coarse - m.energy) > 0.51 * m.count * system.inverse_coarse + 1e-5 * m.energy {
         m.faults |= FAULT_ENERGY;
     }
     return m;

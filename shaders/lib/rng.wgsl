@@ -38,16 +38,47 @@ fn threefry(counter: vec4<u32>, key: vec4<u32>) -> vec4<u32> {
     return x;
 }
 
-// Four numbers uniform in (0, 1): the centres of 2^23 equal intervals, all exact in f32.
-fn uniforms(purpose: u32, owner: u32, index: u32, block: u32) -> vec4<f32> {
-    return uniforms_at(vec2<u32>(now.step_low, now.step_high), purpose, owner, index, block);
+// Four random words: those of another step by its low word and its high one.
+fn words_at(step: vec2<u32>, purpose: u32, owner: u32, index: u32, block: u32) -> vec4<u32> {
+    let key = vec4<u32>(system.seed_low, system.seed_high, purpose, step.y);
+    return threefry(vec4<u32>(step.x, owner, index, block), key);
 }
 
-// Those of another step, by its low word and its high one.
-fn uniforms_at(step: vec2<u32>, purpose: u32, owner: u32, index: u32, block: u32) -> vec4<f32> {
-    let key = vec4<u32>(system.seed_low, system.seed_high, purpose, step.y);
-    let words = threefry(vec4<u32>(step.x, owner, index, block), key) >> vec4<u32>(9u);
-    return (vec4<f32>(words) + 0.5) * 1.1920928955078125e-7;
+fn words(purpose: u32, owner: u32, index: u32, block: u32) -> vec4<u32> {
+    return words_at(vec2<u32>(now.step_low, now.step_high), purpose, owner, index, block);
+}
+
+// A number uniform in (0, 1) from its upper 23 bits: the centres of 2^23 equal intervals, all exact in f32.
+fn unit(word: u32) -> f32 {
+    return (f32(word >> 9u) + 0.5) * 1.1920928955078125e-7;
+}
+
+fn units(words: vec4<u32>) -> vec4<f32> {
+    return (vec4<f32>(words >> vec4<u32>(9u)) + 0.5) * 1.1920928955078125e-7;
+}
+
+fn uniforms(purpose: u32, owner: u32, index: u32, block: u32) -> vec4<f32> {
+    return units(words(purpose, owner, index, block));
+}
+
+// A fifth number from what is left of the four words.
+fn fifth(w: vec4<u32>) -> f32 {
+    return unit((w.x << 23u) | ((w.y & 0x1ffu) << 14u) | ((w.z & 0x1fu) << 9u));
+}
+
+// What one ghost needs, from one block: where it is and how it moves.
+struct Seven {
+    // For its place: 16, 16 and 18 bits.
+    place: vec3<f32>,
+    // For `normals`: 23 bits for the logarithms, 16 for the angles.
+    motion: vec4<f32>,
+}
+
+fn seven(w: vec4<u32>) -> Seven {
+    let angles = (vec2<f32>(w.zw >> vec2<u32>(16u)) + 0.5) * 1.52587890625e-5;
+    let halves = (vec2<f32>(w.zw & vec2<u32>(0xffffu)) + 0.5) * 1.52587890625e-5;
+    let rest = (f32(((w.x & 0x1ffu) << 9u) | (w.y & 0x1ffu)) + 0.5) * 3.814697265625e-6;
+    return Seven(vec3<f32>(halves, rest), vec4<f32>(unit(w.x), angles.x, unit(w.y), angles.y));
 }
 
 // The distance from the centre of two standard normals. Next to 1 a logarithm may err by 2^-21, to either side.

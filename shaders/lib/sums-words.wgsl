@@ -8,7 +8,7 @@ fn words_of(s: Sums) -> array<vec4<u32>, 6> {
     let xv1 = bitcast<vec3<u32>>(s.xv1);
     return array<vec4<u32>, 6>(
         vec4<u32>(s.count, bitcast<vec3<u32>>(s.v)),
-        vec4<u32>(s.energy, s.coarse, x.xy),
+        vec4<u32>(s.energy, s.ghosts, x.xy),
         vec4<u32>(x.z, bitcast<vec3<u32>>(s.diagonal)),
         vec4<u32>(bitcast<vec3<u32>>(s.mixed), xv0.x),
         vec4<u32>(xv0.yz, xv1.xy),
@@ -23,7 +23,7 @@ fn sums_of_words(words: array<vec4<u32>, 6>) -> Sums {
     s.count = a.x;
     s.v = bitcast<vec3<i32>>(a.yzw);
     s.energy = b.x;
-    s.coarse = b.y;
+    s.ghosts = b.y;
     if PLACES {
         let c = words[2];
         let d = words[3];

@@ -1,6 +1,5 @@
-// The sums of 64 cells in workgroup memory: the first word of all, then the second. The including file binds `system`.
+// The sums of 64 cells in workgroup memory, raw: the first word of all, then the second. The including file binds `system`.
 //!include contribution
-//!include energies
 const SUMMED_CELLS: u32 = 64u;
 
 var<workgroup> cell_sums: array<atomic<u32>, MOMENT_WORDS * SUMMED_CELLS>;
@@ -23,12 +22,15 @@ fn add_words(k: u32, cell: u32, words: vec3<i32>) {
     add_word(k + 2u, cell, w.z);
 }
 
+// Adds a raw contribution.
 fn add_to_cell(cell: u32, s: Sums) {
     add_word(0u, cell, s.count);
     add_words(1u, cell, s.v);
     if ENERGIES {
         add_word(4u, cell, s.energy);
-        add_word(5u, cell, s.coarse);
+    }
+    if s.ghosts > 0u {
+        add_word(5u, cell, s.ghosts);
     }
     if !PLACES {
         return;
@@ -54,9 +56,9 @@ fn sums_of_workgroup(c: u32) -> Sums {
     s.count = sum_word(0u, c);
     s.v = sum_words(1u, c);
     s.energy = sum_word(4u, c);
-    s.coarse = sum_word(5u, c);
+    s.ghosts = sum_word(5u, c);
     if !PLACES {
-        return s;
+        return settled(s, number_in(s.count));
     }
     s.x = sum_words(6u, c);
     s.diagonal = sum_words(9u, c);
@@ -64,5 +66,5 @@ fn sums_of_workgroup(c: u32) -> Sums {
     s.xv0 = sum_words(15u, c);
     s.xv1 = sum_words(18u, c);
     s.xv2 = sum_words(21u, c);
-    return s;
+    return settled(s, number_in(s.count));
 }

@@ -142,7 +142,7 @@ const LOG2_E: f32 = 1.4426950408889634;
 // Distances from one point of a Poisson process to the next, four of them. They are in units of ln 2, as adapters compute logarithms: a factor
 // might be contracted with the sum over them in one kernel and not in the next.
 fn distances(cell: u32, block: u32) -> vec4<f32> {
-    return max(vec4<f32>(0.0), -log2(uniforms(PURPOSE_WALL_GHOST, cell, block, 2u)));
+    return max(vec4<f32>(0.0), -log2(uniforms(PURPOSE_WALL_GHOST, cell, block, 1u)));
 }
 
 // Where the process has got to, and how many of its points lie within the expected number of ghosts.
@@ -166,10 +166,11 @@ struct WallGhost {
 }
 
 fn wall_ghost(c: Cut, wall: u32, cell: u32, shear: vec2<f32>, index: u32) -> WallGhost {
-    let u = uniforms(PURPOSE_WALL_GHOST, cell, index, 0u);
+    let drawn = seven(words(PURPOSE_WALL_GHOST, cell, index, 0u));
+    let u = drawn.place;
     var g: WallGhost;
-    g.x = vec3<f32>(u.x - 0.5, fma(u.y, c.high - c.low, c.low), u.z - 0.5);
-    let random = normals(uniforms(PURPOSE_WALL_GHOST, cell, index, 1u));
+    g.x = vec3<f32>(u.x - 0.5, fma(u.z, c.high - c.low, c.low), u.y - 0.5);
+    let random = normals(drawn.motion);
     let depth = select(c.high - g.x.y, g.x.y - c.low, wall == 1u);
     g.v = fma(vec3<f32>(shear.x, 0.0, shear.y), vec3<f32>(-depth), fma(vec3<f32>(system.thermal_speed), random, wall_velocity(wall)));
     return g;
@@ -259,7 +260,7 @@ fn sum_ghosts(first: u32, lane: u32, shift_y: u32, s: WallGhostsSettings) {
         if fault != 0u {
             report(fault, cell, Witness(SITE_WALL_GHOSTS, UNKNOWN, now.step_low));
         } else {
-            add_to_cell(number, contribution(ONE_GHOST, g.x, g.v));
+            add_to_cell(number, raw_contribution(GHOST, g.x, g.v));
         }
     }
     workgroupBarrier();
@@ -301,7 +302,7 @@ fn seen_from_wall(wall: u32, j: u32, s: Sums, shift_y: u32) -> vec3<i32> {
     let u = wall_velocity(wall).xz;
     // Distance of the cell's centre from the wall.
     let centre = f32(j) + inward * (0.5 - f32(shift_y) * system.cell_per_unit.y);
-    let n = f32(s.count);
+    let n = f32(number_in(s.count));
     let v = vec2<f32>(s.v.xz) * system.inverse_velocity;
     let x = inward * f32(s.x.y) * system.inverse_position;
     let xx = f32(s.diagonal.y) * system.inverse_second;

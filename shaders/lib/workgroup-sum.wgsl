@@ -27,3 +27,20 @@ fn collected(sum: u32) -> vec2<u32> {
     let total = low + bitcast<u32>(atomicLoad(&partial[2u * sum]));
     return vec2<u32>(total, bitcast<u32>(rest >> 16u) + select(0u, 1u, total < low));
 }
+
+// For values of which 64 together stay below 2^31: one word each.
+fn collect_small(sum: u32, value: i32) {
+    atomicAdd(&partial[sum], value);
+}
+
+fn collect_small3(sum: u32, values: vec3<i32>) {
+    collect_small(sum, values.x);
+    collect_small(sum + 1u, values.y);
+    collect_small(sum + 2u, values.z);
+}
+
+// The workgroup's share of a wide sum as (low, high), if it has collected so much too much.
+fn collected_small(sum: u32, excess: u32) -> vec2<u32> {
+    let total = atomicLoad(&partial[sum]) - bitcast<i32>(excess);
+    return vec2<u32>(bitcast<u32>(total), bitcast<u32>(total >> 31u));
+}

@@ -25,6 +25,10 @@ fn moment(cell: u32, word: u32) -> u32 {
     return atomicLoad(&moments[cell * MOMENT_WORDS + word]);
 }
 
+fn number(cell: u32) -> u32 {
+    return number_in(moment(cell, 0u));
+}
+
 fn velocity_sum(cell: u32) -> vec3<f32> {
     return signed3(moment(cell, 1u), moment(cell, 2u), moment(cell, 3u)) * system.inverse_velocity;
 }
@@ -52,7 +56,7 @@ fn reduce(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) grou
     if i < system.particle_count {
         let p = particle_at(i);
         let place = locate(p.position, vec3<u32>(0u));
-        deposit(ONE_PARTICLE, place.cell, place.offset, p.velocity, Witness(SITE_SNAPSHOT, i, UNKNOWN));
+        deposit(FLUID, place.cell, place.offset, p.velocity, Witness(SITE_SNAPSHOT, i, UNKNOWN));
     }
 }
 
@@ -62,7 +66,7 @@ fn total(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) group
     clear_sums_of_workgroup(lane);
     let cell = invocation(group, groups, lane);
     if cell < system.cell_count {
-        let n = moment(cell, 0u);
+        let n = number(cell);
         if n > 0u {
             let v = velocity_sum(cell);
             let energy = f32(moment(cell, 4u)) * system.inverse_energy;
@@ -100,7 +104,7 @@ fn coarsen(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) gro
         for (var y = low.y; y < high.y; y++) {
             for (var x = low.x; x < high.x; x++) {
                 let cell = cell_index(vec3<u32>(x, y, z));
-                count += f32(moment(cell, 0u));
+                count += f32(number(cell));
                 velocity += velocity_sum(cell);
             }
         }

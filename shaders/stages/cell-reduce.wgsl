@@ -32,5 +32,5 @@ fn reduce(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) grou
     }
     let p = particle_at(i);
     let place = locate(p.position, vec3<u32>(shift[0], shift[1], shift[2]));
-    deposit(ONE_PARTICLE, place.cell, place.offset, p.velocity, Witness(SITE_CELL_REDUCE, i, now.step_low));
+    deposit(FLUID, place.cell, place.offset, p.velocity, Witness(SITE_CELL_REDUCE, i, now.step_low));
 }

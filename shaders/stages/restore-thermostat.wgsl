@@ -179,13 +179,22 @@ fn factor(cell: u32, shape: f32, kept: f32, turned: f32) -> f32 {
     return square_root(divide(2.0 * system.temperature * gamma(cell, shape), turned));
 }
 
+// What an attempt at a gamma variate takes: the first one what the rotation axis has left of the cell's random words.
+fn attempted(cell: u32, attempt: u32) -> vec3<f32> {
+    if attempt == 0u {
+        let drawn = words(PURPOSE_COLLISION, cell, 0u, 0u);
+        return vec3<f32>(unit(drawn.z), unit(drawn.w), fifth(drawn));
+    }
+    return uniforms(PURPOSE_THERMOSTAT, cell, attempt, 0u).xyz;
+}
+
 // Gamma variate of shape >= 1, or exactly 1/2 (Marsaglia and Tsang, ACM Trans. Math. Softw. 26, 363, 2000).
 fn gamma(cell: u32, shape: f32) -> f32 {
     let d = shape - 1.0 / 3.0;
     let c = 1.0 / sqrt(9.0 * d);
     var result = d;
     for (var attempt = 0u; attempt < 64u; attempt++) {
-        let u = uniforms(PURPOSE_THERMOSTAT, cell, attempt, 0u);
+        let u = attempted(cell, attempt);
         let x = deviation(u.x) * cos(TAU * u.y);
         if shape < 1.0 {
             return 0.5 * x * x;

@@ -43,16 +43,19 @@ fn draw(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups
     let whose = whose_ghost(invocation(group, groups, 0u), lane);
     let i = whose.squirmer;
     if whose.there {
-        let g = drawn_ghost(i, whose.index, species[squirmers[i].species], squirmers[i].orientation, settings.continued == 1u);
+        let kind = species[squirmers[i].species];
+        let g = drawn_ghost(i, whose.index, kind, squirmers[i].orientation, settings.continued == 1u);
         let all = g.slip + g.random;
         ghosts[k] = vec4<f32>(g.s, all.x);
         ghosts_yz[k] = all.yz;
         if settings.equipartition == 1u {
-            add_rigid(g);
+            add_rigid(g, kind);
         }
     }
     workgroupBarrier();
-    hand_on_rigid(i, lane);
+    if settings.equipartition == 1u {
+        hand_on_rigid(whose, lane);
+    }
 }
 
 fn ghost_sum(i: u32, sum: u32) -> f32 {
@@ -76,12 +79,13 @@ fn prepare(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) gro
     var angular = angular_velocity(kind, squirmers[i].orientation, squirmers[i].angular_momentum);
     if settings.equipartition == 1u {
         let n = f32(kind.ghosts);
-        let s = ghost_sum3(i, 0u) / n;
+        let reach = reach_of(kind);
+        let s = reach * ghost_sum3(i, 0u) / n;
         let v = system.impulse_unit * ghost_sum3(i, 3u) / n;
-        let l = system.impulse_unit * ghost_sum3(i, 6u) - n * cross3(s, v);
+        let l = reach * system.impulse_unit * ghost_sum3(i, 6u) - n * cross3(s, v);
         var c: Symmetric;
-        c.diagonal = ghost_sum3(i, 9u) - n * s * s;
-        c.mixed = ghost_sum3(i, 12u) - n * vec3<f32>(s.x * s.y, s.x * s.z, s.y * s.z);
+        c.diagonal = reach * reach * ghost_sum3(i, 9u) - n * s * s;
+        c.mixed = reach * reach * ghost_sum3(i, 12u) - n * vec3<f32>(s.x * s.y, s.x * s.z, s.y * s.z);
         var inertia: Symmetric;
         inertia.diagonal = vec3<f32>(c.diagonal.x + c.diagonal.y + c.diagonal.z) - c.diagonal;
         inertia.mixed = -c.mixed;
@@ -106,7 +110,7 @@ fn fill(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups
     let g = ghost_at(invocation(group, groups, lane));
     let place = ghost_place(i, g.s, vec3<u32>(shift[0], shift[1], shift[2]));
     if may_meet(i, g.s, place.offset) {
-        deposit(ONE_GHOST, place.cell, place.offset, moving_ghost(i, g), Witness(SITE_SQUIRMER_FILL, i, now.step_low));
+        deposit(GHOST, place.cell, place.offset, moving_ghost(i, g), Witness(SITE_SQUIRMER_FILL, i, now.step_low));
     }
 }
 

@@ -264,12 +264,6 @@ fn force(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) group
     atomicAdd(&steric_sums[i * STERIC_WORDS + 6u], sum.contacts);
 }
 
-fn take_sum(word: u32) -> f32 {
-    let sum = f32(atomicLoad(&steric_sums[word]));
-    atomicStore(&steric_sums[word], 0);
-    return sum;
-}
-
 struct Load {
     force: vec3<f32>,
     torque: vec3<f32>,
@@ -278,9 +272,17 @@ struct Load {
 // Force and torque of all contacts, as `steric` shows them; the sums begin anew.
 fn take_steric(i: u32) -> Load {
     let word = i * STERIC_WORDS;
-    let force = vec3<f32>(take_sum(word), take_sum(word + 1u), take_sum(word + 2u));
-    let torque = vec3<f32>(take_sum(word + 3u), take_sum(word + 4u), take_sum(word + 5u));
-    if take_sum(word + 6u) > f32(MOST_CONTACTS) {
+    // All is read before anything is written, so that the reads wait for memory together.
+    var sums: array<f32, 7>;
+    for (var k = 0u; k < 7u; k++) {
+        sums[k] = f32(atomicLoad(&steric_sums[word + k]));
+    }
+    for (var k = 0u; k < 7u; k++) {
+        atomicStore(&steric_sums[word + k], 0);
+    }
+    let force = vec3<f32>(sums[0], sums[1], sums[2]);
+    let torque = vec3<f32>(sums[3], sums[4], sums[5]);
+    if sums[6] > f32(MOST_CONTACTS) {
         report_steric(i);
     }
     let load = Load(force * (1.0 / settings.force_scale), torque * (1.0 / settings.torque_scale));
@@ -295,9 +297,9 @@ fn kick_drift(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) 
     if i >= system.squirmer_count {
         return;
     }
-    let load = take_steric(i);
     var s = squirmers[i];
     let kind = species[s.species];
+    let load = take_steric(i);
     if kind.held == 0u {
         let substep = 2.0 * settings.half_step;
         s.velocity = fma(load.force + kind.force, vec3<f32>(substep / kind.mass), s.velocity);

@@ -75,7 +75,7 @@ fn add_wall_sum(home: u32, k: u32, share: vec2<u32>) {
 
 // What the ghosts of a cell gain in the collision: this is affine, so that sums over them tell it. sum v' - v = n b + A sum v + W x sum x - sum v.
 fn gained(s: Sums, o: Operator) -> vec3<i32> {
-    let n = f32(s.count & 0xffffu);
+    let n = f32(number_in(s.count));
     let v = vec3<f32>(s.v) * system.inverse_velocity;
     let x = vec3<f32>(s.x) * system.inverse_position;
     let gain = fma(vec3<f32>(n - 1.0), o.b, collided(o, x, v)) - v;

@@ -64,6 +64,8 @@ pub struct Gpu {
     pub lanes: Lanes,
     /// How the fused plan makes the sums over cells, where the plan is fit for it; `None`: as suits a GPU.
     pub gathering: Option<Gathering>,
+    /// Shaders use whole numbers of 64 bits where they can; they compute the same without.
+    pub wide: bool,
     pub(super) device: wgpu::Device,
     pub(super) queue: wgpu::Queue,
     pub(super) timestamps: bool,
@@ -86,6 +88,9 @@ const SHARING: wgpu::Features = wgpu::Features::SUBGROUP;
 
 /// What the invocations of a workgroup need to read what the others wrote; without it they have what the barrier gives.
 const COHERENT: wgpu::Features = wgpu::Features::MEMORY_DECORATION_COHERENT;
+
+/// What makes one operation of a product of two words.
+const WIDE: wgpu::Features = wgpu::Features::SHADER_INT64;
 
 fn timing_features() -> wgpu::Features {
     wgpu::Features::TIMESTAMP_QUERY | wgpu::Features::TIMESTAMP_QUERY_INSIDE_PASSES
@@ -147,7 +152,11 @@ impl Gpu {
         let present = listed.iter().map(|(s, _)| format!("{} ({})", s.index, s.name)).collect::<Vec<_>>().join(", ");
         if let Some(wanted) = wanted {
             let lower = wanted.to_lowercase();
-            listed.retain(|(s, _)| s.index.to_string() == wanted || s.name.to_lowercase().contains(&lower));
+            // A number that there is means that adapter: names have digits, too.
+            let numbered = listed.iter().any(|(s, _)| s.index.to_string() == wanted);
+            listed.retain(|(s, _)| {
+                if numbered { s.index.to_string() == wanted } else { s.name.to_lowercase().contains(&lower) }
+            });
         }
         listed.sort_by_key(|(s, _)| (!s.usable, rank(s)));
         let Some((chosen, adapter)) = listed.into_iter().next() else {
@@ -159,7 +168,8 @@ impl Gpu {
         let timestamps = adapter.features().contains(timing_features());
         let shares = adapter.features().contains(SHARING) && adapter.get_info().subgroup_min_size >= 4;
         let coherent = adapter.features().contains(COHERENT);
-        let optional = [(timestamps, timing_features()), (shares, SHARING), (coherent, COHERENT)];
+        let wide = adapter.features().contains(WIDE);
+        let optional = [(timestamps, timing_features()), (shares, SHARING), (coherent, COHERENT), (wide, WIDE)];
         let required_features =
             optional.iter().filter(|(there, _)| *there).fold(NEEDED, |all, (_, feature)| all | *feature);
         let descriptor = wgpu::DeviceDescriptor {
@@ -184,7 +194,7 @@ impl Gpu {
         let cpu = chosen.kind == "CPU";
         let gathering = cpu.then_some(Gathering::Chains);
         let lanes = Lanes::One;
-        let mut gpu = Self { summary: chosen, lanes, gathering, device, queue, timestamps, coherent, failure };
+        let mut gpu = Self { summary: chosen, lanes, gathering, wide, device, queue, timestamps, coherent, failure };
         if shares && !cpu && gpu.subgroups_are_neighbours() {
             gpu.lanes = Lanes::Four;
         }

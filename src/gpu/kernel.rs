@@ -5,6 +5,7 @@ use super::{Gpu, GpuError};
 use crate::buffers::{Extent, Now, STEPS_AHEAD};
 use crate::graph::fused::SHIFTS;
 use crate::graph::{Plan, PlannedStage};
+use crate::shader::compose::widened;
 use crate::shader::{Binding, Module};
 
 /// Invocations per workgroup of every kernel that has one invocation per element (`shaders/lib/dispatch.wgsl`).
@@ -24,8 +25,9 @@ pub(super) fn settings(gpu: &Gpu, stage: &PlannedStage, plan: &Plan) -> wgpu::Bu
 /// A module for the adapter.
 #[allow(unsafe_code)]
 pub(super) fn compile(gpu: &Gpu, label: &str, module: &Module) -> wgpu::ShaderModule {
-    let text = if gpu.coherent { module.text.as_str().into() } else { module.text.replace("@coherent ", "").into() };
-    let descriptor = wgpu::ShaderModuleDescriptor { label: Some(label), source: wgpu::ShaderSource::Wgsl(text) };
+    let text = if gpu.coherent { module.text.clone() } else { module.text.replace("@coherent ", "") };
+    let text = if gpu.wide { widened(&text) } else { text };
+    let descriptor = wgpu::ShaderModuleDescriptor { label: Some(label), source: wgpu::ShaderSource::Wgsl(text.into()) };
     // A counter in every loop would keep compilers from unrolling short ones, and a comparison before every access to workgroup memory takes 8 % of
     // the time of a step.
     let checks = wgpu::ShaderRuntimeChecks {

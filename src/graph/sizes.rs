@@ -121,6 +121,17 @@ mod tests {
         }
     }
 
+    #[test]
+    fn bodies_may_compress_the_fluid() {
+        // Hulls of 3 spheres, 0.12 larger than these, take 0.48, 0.1462 and 0.0636 of the volume.
+        for (radius, mean) in [(6.0, 1792.0), (4.0, 1280.0 * (1.0 + 2.5 * (0.1462 - 0.08))), (3.0, 1280.0)] {
+            let system = system(false, &[(radius, radius)]);
+            let room = packed::brick_room(&system) as f64;
+            let wanted = mean + 8.0 * f64::sqrt(mean) + 16.0;
+            assert!(room >= wanted && room < wanted + 17.0, "{radius}: {room} for {wanted}");
+        }
+    }
+
     /// Where a row has an odd number of bricks the last of one row and the first of the next share a room, and so do rows of layers.
     #[test]
     fn partners_may_be_far_apart() {

@@ -22,15 +22,15 @@ pub fn direction(u0: f64, u1: f64) -> DVec3 {
 }
 
 /// A gamma variate of unit scale: half a squared normal for shape 1/2, else the rejection method of Marsaglia and Tsang,
-/// ACM Trans. Math. Softw. 26, 363 (2000), for shapes of at least 1. Attempt i takes index i of `owner`.
+/// ACM Trans. Math. Softw. 26, 363 (2000), for shapes of at least 1. Attempt i takes three uniforms, `attempt(i)`.
 ///
 /// # Panics
 /// If `shape` is neither 1/2 nor at least 1.
 #[must_use]
-pub fn gamma(draw: &Draw, owner: u32, shape: f64) -> f64 {
+pub fn gamma(shape: f64, attempt: impl Fn(u32) -> [f64; 3]) -> f64 {
     let attempt = |i| {
-        let u = draw.uniforms(owner, i, 0);
-        (normals(u).x, u[2])
+        let [a, b, u] = attempt(i);
+        (normals([a, b, 0.5, 0.0]).x, u)
     };
     if (shape - 0.5).abs() < 1e-9 {
         let (x, _) = attempt(0);
@@ -53,7 +53,7 @@ pub fn gamma(draw: &Draw, owner: u32, shape: f64) -> f64 {
 /// How many points a Poisson process of unit rate has on `[0, length)`: four distances from one point to the next take an index of `owner`.
 #[must_use]
 pub fn poisson(draw: Draw, owner: u32, length: f64) -> u32 {
-    let mut distances = (0u32..).flat_map(|i| draw.uniforms(owner, i, 2)).map(|u| -u.ln());
+    let mut distances = (0u32..).flat_map(|i| draw.uniforms(owner, i, 1)).map(|u| -u.ln());
     let mut place = 0.0;
     let mut count = 0;
     loop {
@@ -112,7 +112,11 @@ mod tests {
     #[test]
     fn gamma_variates_have_mean_and_variance_equal_to_their_shape() {
         for shape in [0.5, 1.0, 1.5, 3.0, 12.0, 87.0] {
-            let samples: Vec<f64> = (0..40_000).map(|owner| gamma(&draw(), owner, shape)).collect();
+            let samples: Vec<f64> = (0..40_000)
+                .map(|owner| {
+                    gamma(shape, |i| draw().uniforms(owner, i, 0).first_chunk().copied().expect("four of them"))
+                })
+                .collect();
             assert!(samples.iter().all(|x| *x >= 0.0));
             assert_mean(samples.iter().copied(), shape, shape);
             // The fourth central moment is 3 k^2 + 6 k.

@@ -40,9 +40,9 @@ pub fn threefry(counter: [u32; 4], key: [u32; 4]) -> [u32; 4] {
 pub enum Purpose {
     /// Grid shift.
     Shift = 1,
-    /// Rotation axis of a cell.
-    Axis = 2,
-    /// Thermostat of a cell.
+    /// A cell's collision: its rotation axis, and what its thermostat tries first.
+    Collision = 2,
+    /// What the thermostat of a cell tries next.
     Thermostat = 3,
     /// Wall ghosts: number, positions, velocities.
     WallGhost = 4,
@@ -55,7 +55,7 @@ pub enum Purpose {
 impl Purpose {
     /// Every purpose.
     pub const ALL: &'static [Self] =
-        &[Self::Shift, Self::Axis, Self::Thermostat, Self::WallGhost, Self::SquirmerGhost, Self::Start];
+        &[Self::Shift, Self::Collision, Self::Thermostat, Self::WallGhost, Self::SquirmerGhost, Self::Start];
 }
 
 /// Random numbers of one (seed, purpose, step).
@@ -95,6 +95,22 @@ pub fn unit(word: u32) -> f64 {
     (f64::from(word >> 9) + 0.5) / f64::from(1u32 << 23)
 }
 
+/// A fifth number in (0, 1) from the lower bits of four words whose upper 23 bits have been used.
+#[must_use]
+pub fn fifth([x, y, z, _]: [u32; 4]) -> f64 {
+    unit(x << 23 | (y & 0x1ff) << 14 | (z & 0x1f) << 9)
+}
+
+/// What one ghost needs, from one block of words: three numbers in (0, 1) for its place (of 16, 16 and 18 bits) and four for
+/// [`normals`](super::draws::normals), of 23 bits for the logarithms and 16 for the angles. All are centres of equal intervals, so that sums of
+/// sines and cosines over the angles vanish as they should.
+#[must_use]
+pub fn seven([x, y, z, w]: [u32; 4]) -> ([f64; 3], [f64; 4]) {
+    let of_16 = |bits: u32| (f64::from(bits) + 0.5) / f64::from(1u32 << 16);
+    let rest = (f64::from((x & 0x1ff) << 9 | y & 0x1ff) + 0.5) / f64::from(1u32 << 18);
+    ([of_16(z & 0xffff), of_16(w & 0xffff), rest], [unit(x), of_16(z >> 16), unit(y), of_16(w >> 16)])
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -111,6 +127,34 @@ mod tests {
             ),
             [0x59cd_1dbb, 0xb887_9579, 0x86b5_d00c, 0xac8b_6d84]
         );
+    }
+
+    type Taken = dyn Fn([u32; 4]) -> Vec<f64>;
+
+    /// What one block of words is taken apart into: every bit goes into one number at most, and all bits of a number count.
+    #[test]
+    fn parts_of_a_block_share_no_bit() {
+        let of_a_cell = |words: [u32; 4]| words.map(unit).into_iter().chain([fifth(words)]).collect::<Vec<_>>();
+        let of_a_ghost = |words| {
+            let (place, motion) = seven(words);
+            place.into_iter().chain(motion).collect::<Vec<_>>()
+        };
+        let cases: [(&Taken, &[i32]); 2] = [(&of_a_cell, &[23; 5]), (&of_a_ghost, &[16, 16, 18, 23, 16, 23, 16])];
+        for (numbers, bits) in cases {
+            let none = numbers([0; 4]);
+            let mut sums = vec![0.0; bits.len()];
+            for bit in 0..128 {
+                let mut words = [0u32; 4];
+                words[bit / 32] = 1 << (bit % 32);
+                let changes: Vec<f64> = numbers(words).iter().zip(&none).map(|(a, b)| a - b).collect();
+                assert!(changes.iter().filter(|c| **c != 0.0).count() <= 1, "{bit}: {changes:?}");
+                sums.iter_mut().zip(&changes).for_each(|(sum, change)| *sum += change);
+            }
+            for ((k, n), sum) in none.iter().zip(bits).zip(sums) {
+                let step = 0.5f64.powi(*n);
+                assert_eq!((*k, sum), (0.5 * step, 1.0 - step));
+            }
+        }
     }
 
     #[test]

@@ -45,6 +45,7 @@ const LIBRARY: &[(&str, &str)] = &[
     ("places", include_str!("../../shaders/lib/places.wgsl")),
     ("rigid", include_str!("../../shaders/lib/rigid.wgsl")),
     ("rng", include_str!("../../shaders/lib/rng.wgsl")),
+    ("split", SPLIT),
     ("spheroid", include_str!("../../shaders/lib/spheroid.wgsl")),
     ("steric", include_str!("../../shaders/lib/steric.wgsl")),
     ("sums-load", include_str!("../../shaders/lib/sums-load.wgsl")),
@@ -58,6 +59,15 @@ const LIBRARY: &[(&str, &str)] = &[
     ("workgroup-sum", include_str!("../../shaders/lib/workgroup-sum.wgsl")),
     ("wide", include_str!("../../shaders/lib/wide.wgsl")),
 ];
+
+const SPLIT: &str = include_str!("../../shaders/lib/split.wgsl");
+const SPLIT_WIDE: &str = include_str!("../../shaders/lib/split-wide.wgsl");
+
+/// A composed text as it is for an adapter with whole numbers of 64 bits.
+#[must_use]
+pub fn widened(text: &str) -> String {
+    text.replace(SPLIT, SPLIT_WIDE)
+}
 
 /// An include that the library does not have.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]

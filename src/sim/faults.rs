@@ -58,7 +58,7 @@ fn said(fault: Fault) -> &'static str {
         Fault::Crowded => "more than seven squirmers are near one cell: they overlap",
         Fault::Nan => "a velocity is not a number",
         Fault::Room => {
-            "128 cells hold more particles than there is room for: the fluid is being compressed somewhere; a run that goes on from its checkpoint makes room for the crowd that it finds there"
+            "128 cells hold more particles than there is room for: the fluid is being compressed somewhere; a run that goes on from its checkpoint makes room for the crowd that it finds there, and one begun with `--plan loose` has no such limit"
         }
         Fault::Stuck => "",
     }

@@ -4,7 +4,7 @@ use super::{Finding, Gravity, Phase, Stage};
 use crate::buffers::Extent;
 use crate::math::draws::gamma;
 use crate::math::linear::pseudo_inverse;
-use crate::math::rng::{Draw, Purpose};
+use crate::math::rng::{Draw, Purpose, fifth, unit};
 use crate::state::System;
 use crate::state::scene::{Moments, Operator, Scene, outer};
 use crate::{params, shared};
@@ -87,11 +87,22 @@ impl Stage for RestoreThermostat {
     }
 
     fn reference(params: &Self, system: &System, scene: &mut Scene) {
-        let draw = Draw::new(system.run.seed, Purpose::Thermostat, scene.state.step);
+        let [first, next] = [Purpose::Collision, Purpose::Thermostat]
+            .map(|purpose| Draw::new(system.run.seed, purpose, scene.state.step));
         for (cell, moments) in (0u32..).zip(&scene.moments) {
             let operator = &mut scene.operators[cell as usize];
             // Twice the energy to scale to, for a number of degrees of freedom.
-            let drawn = |dof: f64| 2.0 * system.fluid.temperature * gamma(&draw, cell, dof / 2.0);
+            let attempt = |i| match i {
+                0 => {
+                    let words = first.words(cell, 0, 0);
+                    [unit(words[2]), unit(words[3]), fifth(words)]
+                }
+                _ => {
+                    let [a, b, c, _] = next.uniforms(cell, i, 0);
+                    [a, b, c]
+                }
+            };
+            let drawn = |dof: f64| 2.0 * system.fluid.temperature * gamma(dof / 2.0, attempt);
             *operator = match Relative::of(moments) {
                 Some(relative) if params.angular_momentum => {
                     relative.with_angular_momentum(operator.a, Energy::of(params), drawn)

@@ -96,7 +96,7 @@ impl Stage for Rotate {
             let (cos, sin) = unimodular(angle);
             f64::from(sin).atan2(f64::from(cos))
         });
-        let draw = Draw::new(system.run.seed, Purpose::Axis, scene.state.step);
+        let draw = Draw::new(system.run.seed, Purpose::Collision, scene.state.step);
         scene.operators = (0u32..)
             .zip(&scene.moments)
             .map(|(cell, moments)| {

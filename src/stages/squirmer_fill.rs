@@ -4,7 +4,7 @@ use super::{Finding, Fused, Gravity, Phase, Stage};
 use crate::buffers::Extent;
 use crate::math::draws::{direction, normals};
 use crate::math::linear::pseudo_inverse;
-use crate::math::rng::{Draw, Purpose};
+use crate::math::rng::{Draw, Purpose, seven};
 use crate::state::scene::{Load, Scene, outer};
 use crate::state::{Species, Squirmer, System};
 use crate::{params, shared};
@@ -167,14 +167,14 @@ fn ghosts(params: &SquirmerFill, system: &System, scene: &Scene, owner: usize) -
     let draw = Draw::new(system.run.seed, Purpose::SquirmerGhost, scene.state.step);
     let owner = u32::try_from(owner).expect("squirmers are counted in u32");
     let ghost = |index| {
-        let u = draw.uniforms(owner, index, 0);
+        let (u, motion) = seven(draw.words(owner, index, 0));
         let on_surface = stretch * direction(u[0], u[1]);
         let arm = u[2].cbrt() * on_surface;
         let slip = if params.slip == "continued" { slip.inside(shape, arm) } else { slip.at(shape, on_surface) };
         Ghost {
             arm: squirmer.orientation * arm,
             slip: squirmer.orientation * slip,
-            thermal: system.fluid.temperature.sqrt() * normals(draw.uniforms(owner, index, 1)),
+            thermal: system.fluid.temperature.sqrt() * normals(motion),
         }
     };
     (0..species.ghosts(&system.fluid)).map(ghost).collect()

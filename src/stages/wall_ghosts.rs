@@ -5,7 +5,7 @@ use super::stream::wall_velocity;
 use super::{Finding, Fused, Gravity, Phase, Stage};
 use crate::buffers::{Extent, SMALLEST_PATCH};
 use crate::math::draws::{normals, poisson};
-use crate::math::rng::{Draw, Purpose};
+use crate::math::rng::{Draw, Purpose, seven};
 use crate::state::System;
 use crate::state::scene::{Scene, WallGhost, WallShear};
 use crate::{params, shared};
@@ -227,9 +227,9 @@ fn ghosts(params: &WallGhosts, system: &System, scene: &Scene) -> Vec<WallGhost>
             let shear = if continued { scene.wall_shear[patches.index(wall, x, z)].shear } else { DVec3::ZERO };
             let owner = system.domain.cell_index([x, layer, z]);
             for i in 0..poisson(draw, owner, system.fluid.density * (to - from)) {
-                let u = draw.uniforms(owner, i, 0);
-                let place = DVec3::new(u[0], from + u[1] * (to - from), u[2]);
-                let thermal = system.fluid.temperature.sqrt() * normals(draw.uniforms(owner, i, 1));
+                let (u, motion) = seven(draw.words(owner, i, 0));
+                let place = DVec3::new(u[0], from + u[2] * (to - from), u[1]);
+                let thermal = system.fluid.temperature.sqrt() * normals(motion);
                 let mean = wall_velocity(walls, wall) - shear * (place.y - plane).abs();
                 ghosts.push(WallGhost { wall, cell: owner as usize, offset: place - 0.5, velocity: mean + thermal });
             }

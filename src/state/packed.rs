@@ -293,16 +293,19 @@ pub fn system_uniform(system: &System, given: &Sizes) -> SystemUniform {
         room: small(room),
         impulse_unit: thermal_unit(system.fluid.temperature) as f32,
         inverse_impulse_unit: (1.0 / thermal_unit(system.fluid.temperature)) as f32,
+        coarse_bit: scales.coarse_bit,
+        whole: 12_582_912.0,
         pad: 0,
-        pad_too: 0,
-        pad_again: 0,
     }
 }
 
-/// Particles that two bricks of 64 cells have room for: eight standard deviations more than the mean of a fluid at rest.
+/// Particles that two bricks of 64 cells have room for: eight standard deviations more than the mean of a fluid at rest. A crowd of swimmers compresses the
+/// fluid between them, which is as soft as an ideal gas: spheres that fill a quarter of a narrow slit do so by half (`clusters/sphere0` of the
+/// validation). Room for that begins where bodies fill 8 % of the box.
 #[must_use]
 pub fn brick_room(system: &System) -> u64 {
-    with_reserve(128.0 * system.fluid.density)
+    let bodies = 1.0 - system.fluid_volume() / system.domain.volume();
+    with_reserve(128.0 * system.fluid.density * (1.0 + (2.5 * (bodies - 0.08)).clamp(0.0, 0.4)))
 }
 
 /// The same for particles at these positions, in coordinate units: more where a crowd of them is more than chance would gather.
@@ -311,7 +314,8 @@ pub fn brick_room_for(system: &System, positions: impl Iterator<Item = [u32; 3]>
     let mean = 128.0 * system.fluid.density;
     let most = f64::from(largest_crowd(&system.domain, positions));
     // Of 10^8 pairs the fullest has 5.9 standard deviations more than the mean.
-    if most > mean + 7.0 * mean.sqrt() { with_reserve(most) } else { brick_room(system) }
+    let usual = brick_room(system);
+    if most > mean + 7.0 * mean.sqrt() { with_reserve(most).max(usual) } else { usual }
 }
 
 #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]

@@ -238,7 +238,7 @@ fn analyzers_attached_to_a_run_write_what_they_write_from_its_recording() {
     let speed = (reached(&recording) - before) as f64 / clock.elapsed().as_secs_f64();
     // An analyzer that a busy machine keeps from reading loses snapshots, and says so: then try again with more time to
     // begin.
-    let steps = [2.0, 6.0, 15.0, 30.0].into_iter().find_map(|seconds| {
+    let steps = [2.0, 6.0, 15.0, 30.0, 30.0, 30.0].into_iter().find_map(|seconds| {
         let from = (reached(&recording) + (speed * seconds) as u64) / 10 * 10 + 10;
         watched(folder.path(), &name, (from, from + 60)).then_some((from, from + 60))
     });

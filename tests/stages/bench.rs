@@ -226,8 +226,8 @@ fn decode_moments(scales: &Scales, words: &[u32]) -> Moments {
     let (diagonal, mixed) = (vector(9) / scales.second, vector(12) / scales.second);
     let rows = [15, 18, 21].map(|from| vector(from) / scales.mixed);
     Moments {
-        count: f64::from(words[0] & 0xffff),
-        ghosts: f64::from(words[0] >> 16),
+        count: f64::from(words[0] % (1 << scales.coarse_bit)),
+        ghosts: f64::from(words[5]),
         v: vector(1) / scales.velocity,
         energy: f64::from(words[4]) / scales.energy,
         x: vector(6) / scales.position,

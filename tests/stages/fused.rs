@@ -75,6 +75,25 @@ fn long_submissions_leave_the_same_bits() {
     }
 }
 
+/// Where cells lie is told by products of 64 bits, in one operation or in several.
+#[test]
+fn wide_words_change_no_bit() {
+    assert!(rig::gpu().wide, "else this says nothing");
+    let (slit, start) = active_slit();
+    let plan = rig::plan(&slit, rig::EVERYTHING, &continued());
+    let digest = |wide, form| {
+        let mut gpu = rig::gpu().clone();
+        gpu.wide = wide;
+        let mut session = Session::formed(&gpu, &plan, &start, form).expect("a session");
+        session.advance(5, false);
+        assert_eq!(session.faults().expect("readable"), 0);
+        session.raw().expect("readable").digest()
+    };
+    for form in [Form::Loose, Form::Fused] {
+        assert_eq!(digest(true, form), digest(false, form), "{form:?}");
+    }
+}
+
 /// On a CPU cells move their particles on when they have made their sums, whether it is sorted in the step or not; nobody does who has something to do
 /// in between, or no shifts made ahead by which steps take turns with two chains.
 #[test]

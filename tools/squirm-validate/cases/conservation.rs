@@ -15,7 +15,7 @@ pub const CASE: Case = Case {
             a thermostat, its energy; what changes over a long run is the rounding of 32-bit floats. Momentum lost at random in \
             each collision (some 6e-7 per cell and step) would be 3e-7 per particle after 100,000 steps of 24 x 24 x 24 cells. \
             The drift of the energy is the mean of 16 stretches of the run, which are independent. With a thermostat the \
-            temperature is the mean over the run. Exact energies of SRD+a lean by 1.0(1)e-5 in 1e5 steps on an H100, a thousandth of a rounding per collision: seen only since cells whose residual \
+            temperature is the mean over the run. Exact energies of SRD+a lean by 0.8(2)e-5 in 1e5 steps on an H100, a thousandth of a rounding per collision: seen only since cells whose residual \
             energy rounding cannot tell no longer collide, which made the noise of the energy nine times smaller.",
     remarks: "",
     sheets: &[],
