@@ -46,6 +46,7 @@ const LIBRARY: &[(&str, &str)] = &[
     ("rigid", include_str!("../../shaders/lib/rigid.wgsl")),
     ("rng", include_str!("../../shaders/lib/rng.wgsl")),
     ("split", SPLIT),
+    ("split-wide", SPLIT_WIDE),
     ("spheroid", include_str!("../../shaders/lib/spheroid.wgsl")),
     ("steric", include_str!("../../shaders/lib/steric.wgsl")),
     ("sums-load", include_str!("../../shaders/lib/sums-load.wgsl")),
