@@ -245,6 +245,27 @@ fn time_that_is_up_ends_a_run_with_a_checkpoint() {
     refused(folder.path(), &[&long[..], &["--walltime", "soon"]].concat(), 2, &["--walltime"]);
 }
 
+/// Killed between its last checkpoint and its summary: all steps are done, but its outputs are not closed.
+#[test]
+fn a_run_that_lacks_only_its_summary_is_closed_by_the_same_command() {
+    let folder = prepared();
+    good(folder.path(), &["--out", "d"]);
+    let dir = folder.path().join("d");
+    let (whole, frames) = (summary(&dir), recorded(&dir));
+    refused(folder.path(), &["--out", "d"], 0, &["is finished: 60 steps are done"]);
+    let path = dir.join("summary.json");
+    let stopped = std::fs::read_to_string(&path).expect("a summary").replace("\"stopped\": false", "\"stopped\": true");
+    for unfinished in [None, Some(stopped.as_str()), Some("{")] {
+        std::fs::remove_file(&path).expect("removed");
+        unfinished.into_iter().for_each(|text| std::fs::write(&path, text).expect("written"));
+        let said = good(folder.path(), &["--out", "d"]);
+        assert!(said.contains("going on after 60 steps"), "{said}");
+        assert_eq!((&summary(&dir)["digest"], recorded(&dir)), (&whole["digest"], frames.clone()));
+        assert_eq!(summary(&dir)["stopped"], false);
+    }
+    refused(folder.path(), &["--out", "d"], 0, &["is finished: 60 steps are done"]);
+}
+
 #[test]
 fn a_directory_that_is_in_use_or_cannot_be_written_is_refused() {
     let folder = prepared();

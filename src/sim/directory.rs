@@ -47,10 +47,18 @@ pub fn inspect(dir: &Path, plan: &Plan, form: Form, fresh: bool) -> Result<Optio
         return Err(RunError::Differs { dir: dir.into(), differences });
     }
     let step = saved.note.step;
-    if step >= plan.system.run.steps && step > 0 {
+    if step >= plan.system.run.steps && step > 0 && closed(dir, step) {
         return Err(RunError::Finished { dir: dir.into(), step });
     }
     Ok(Some(saved))
+}
+
+/// Whether a run of so many steps came to its end, which its summary is the last to tell. One that was killed after its last step has its outputs
+/// still to close.
+fn closed(dir: &Path, step: u64) -> bool {
+    let Ok(text) = std::fs::read_to_string(dir.join("summary.json")) else { return false };
+    let summary: serde_json::Value = serde_json::from_str(&text).unwrap_or_default();
+    summary["stopped"] == false && summary["speed"]["steps"] == step
 }
 
 /// The directory for a run that names none: where the last run of the same configuration is, so that the same command goes on with
