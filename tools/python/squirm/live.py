@@ -327,8 +327,9 @@ class LiveTopic:
     def _snapshot(self, sample: Any) -> Snapshot:
         payload = sample.payload()
         memory = (ctypes.c_uint8 * (16 * payload.len())).from_address(payload.as_ptr())
-        # The sample goes back to the run when the last view of its memory is gone.
-        memory._sample = sample
+        # The sample goes back to the run when the last view of its memory is gone; the run may take back those of a
+        # subscriber that has left, so it stays that long, too.
+        memory._sample = sample, self._subscriber
         snapshot = Snapshot(memory)
         # Each distance between snapshots is an output of its own, with a numbering of its own.
         self.lost += max(snapshot.seq - self._expected.get(snapshot.every, snapshot.seq), 0)

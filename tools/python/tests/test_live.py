@@ -106,7 +106,9 @@ def test_views_are_shared_memory_and_stay_as_they_are(going):
             assert third is not None and third.step > kept.step
             del third
         assert np.array_equal(position, kept.position)
-    # Also after leaving the run, and after its end.
+    # Also after leaving the run, which goes on publishing, and after its end.
+    time.sleep(0.5)
+    assert np.array_equal(position, kept.position)
     assert going.stop() == 143
     assert np.array_equal(position, kept.position)
 
