@@ -138,6 +138,14 @@ fn rank(s: &AdapterSummary) -> usize {
     order.iter().position(|k| *k == s.kind).unwrap_or(order.len())
 }
 
+/// Whether an adapter of so many is meant: by its number, or by a part of its name if there is no such number. Names have digits, too.
+fn meant(wanted: &str, adapter: &AdapterSummary, count: usize) -> bool {
+    match wanted.parse::<usize>() {
+        Ok(number) if number < count => adapter.index == number,
+        _ => adapter.name.to_lowercase().contains(&wanted.to_lowercase()),
+    }
+}
+
 impl Gpu {
     /// Opens the adapter whose number or part of whose name is `wanted`; without it the best: a GPU before a CPU.
     ///
@@ -151,12 +159,7 @@ impl Gpu {
         }
         let present = listed.iter().map(|(s, _)| format!("{} ({})", s.index, s.name)).collect::<Vec<_>>().join(", ");
         if let Some(wanted) = wanted {
-            let lower = wanted.to_lowercase();
-            // A number that there is means that adapter: names have digits, too.
-            let numbered = listed.iter().any(|(s, _)| s.index.to_string() == wanted);
-            listed.retain(|(s, _)| {
-                if numbered { s.index.to_string() == wanted } else { s.name.to_lowercase().contains(&lower) }
-            });
+            listed.retain(|(s, _)| meant(wanted, s, found.len()));
         }
         listed.sort_by_key(|(s, _)| (!s.usable, rank(s)));
         let Some((chosen, adapter)) = listed.into_iter().next() else {
@@ -221,5 +224,33 @@ impl Gpu {
 fn record(failure: &Mutex<Failure>, slot: fn(&mut Failure) -> &mut Option<String>, message: String) {
     if let Ok(mut failure) = failure.lock() {
         slot(&mut failure).get_or_insert(message);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_number_means_one_adapter_whatever_digits_names_have() {
+        let named = |(index, name): (usize, &str)| AdapterSummary {
+            index,
+            name: name.into(),
+            kind: "GPU",
+            driver: String::new(),
+            backend: String::new(),
+            largest_binding: 0,
+            largest_buffer: 0,
+            most_bindings: 0,
+            usable: true,
+        };
+        let all: Vec<_> =
+            ["NVIDIA H100 80GB", "NVIDIA H100 80GB", "llvmpipe"].into_iter().enumerate().map(named).collect();
+        let found = |wanted| all.iter().filter(|a| meant(wanted, a, all.len())).map(|a| a.index).collect::<Vec<_>>();
+        for (wanted, expected) in
+            [("0", vec![0]), ("1", vec![1]), ("h100", vec![0, 1]), ("80", vec![0, 1]), ("LLVM", vec![2]), ("3", vec![])]
+        {
+            assert_eq!(found(wanted), expected, "{wanted}");
+        }
     }
 }
