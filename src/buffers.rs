@@ -424,7 +424,7 @@ pub const CATALOGUE: &[Buffer] = &[
         Scratch,
         Waiting,
         1,
-        "numbers of the particles, or of bricks with some, that wait for a kernel of their own",
+        "the particles that wait for a kernel of their own: their numbers, or where handfuls of a brick lie",
     ),
     buffer(
         "held_groups",

@@ -3,9 +3,7 @@
 // `faults` (as atomics), and has `now`.
 //!include particle
 //!include fault
-const BRICK_LANES: u32 = 192u;
-// Of a kernel for a few of them: a GPU that has workgroups enough wants them small.
-override HELD_LANES: u32 = 32u;
+override BRICK_LANES: u32 = 192u;
 const BRICK_CELLS: u32 = 64u;
 // The driver need not clear workgroup memory: who adds to it clears it first.
 const CLEARS_WORKGROUP_MEMORY: bool = true;

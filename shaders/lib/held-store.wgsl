@@ -2,14 +2,24 @@
 //!include held
 const HELD_GROUPS_AT_MOST: u32 = 65535u;
 
-// A workgroup of their kernel takes so many, or more if it cannot have as many workgroups as that.
-fn enlist(i: u32, each: u32, step: u32) {
+// Workgroups for so many entries: one for so many each, or for more if there cannot be as many workgroups as that.
+fn groups_for(entries: u32, each: u32) -> u32 {
+    return min((entries + each - 1u) / each, HELD_GROUPS_AT_MOST);
+}
+
+// Room in the list for so many entries: where the first of them goes.
+fn room_in_list(entries: u32, each: u32, step: u32) -> u32 {
     let list = held_list(step);
-    let k = atomicAdd(&held_groups[list + 3u], 1u);
-    held[k] = i;
-    if k % each == 0u && k / each < HELD_GROUPS_AT_MOST {
-        atomicAdd(&held_groups[list], 1u);
+    let first = atomicAdd(&held_groups[list + 3u], entries);
+    let more = groups_for(first + entries, each) - groups_for(first, each);
+    if more > 0u {
+        atomicAdd(&held_groups[list], more);
     }
+    return first;
+}
+
+fn enlist(i: u32, each: u32, step: u32) {
+    held[room_in_list(1u, each, step)] = i;
 }
 
 // Empties the list of the next step.

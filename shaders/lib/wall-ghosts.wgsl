@@ -248,7 +248,9 @@ fn sum_ghosts(first: u32, lane: u32, shift_y: u32, s: WallGhostsSettings) {
     let c = cut(wall, shift_y);
     count_ghosts(first, lane, c, s);
     let all = ghosts_up_to[DRAWN_CELLS - 1u];
-    for (var k = lane; k < all; k += WORKGROUP) {
+    // Neighbours draw for different cells, so that their additions do not meet.
+    let each = (all + WORKGROUP - 1u) / WORKGROUP;
+    for (var k = lane * each; k < min((lane + 1u) * each, all); k++) {
         let number = cell_with(k);
         let cell = cell_from_wall(wall_cell(first + number), 0u);
         var index = k;

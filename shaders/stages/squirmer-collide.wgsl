@@ -54,10 +54,9 @@ struct Touching {
     distance: f32,
 }
 
-// The plane for a cell whose centre is at `d` from the squirmer's; inside the squirmer it is some plane. With q = p/b its normal is along q/b, so that
-// n.p = |q|^2/|q/b| and |b n| = |q|/|q/b|.
-fn touching(orientation: vec4<f32>, b: vec3<f32>, d: vec3<f32>) -> Touching {
-    let q = turn_back(orientation, d) * (1.0 / b);
+// The plane for a cell whose centre is at q b from the squirmer's, in body axes; inside the squirmer it is some plane. With p = q b its normal is along
+// q/b, so that n.p = |q|^2/|q/b| and |b n| = |q|/|q/b|.
+fn touching(b: vec3<f32>, q: vec3<f32>) -> Touching {
     let away = q * (1.0 / b);
     let reach = sqrt(dot(q, q));
     let at_centre = reach < 1e-6;
@@ -158,10 +157,13 @@ fn mark_map(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) gr
         return;
     }
     let nearer = moved_at_most(i, b);
+    // What a column has in common, and what a step along z adds.
+    let beneath = turn_back(orientation, vec3<f32>(beside, 0.0)) / b;
+    let above = turn_back(orientation, vec3<f32>(0.0, 0.0, 1.0)) / b;
     for (var z = 0; z < min(i32(edge), size.z); z++) {
         let d = vec3<f32>(beside, from_cell(cell, centre).z);
         if abs(d.z) <= reach.z {
-            let plane = touching(orientation, b, d);
+            let plane = touching(b, fma(vec3<f32>(d.z), above, beneath));
             if plane.distance <= settings.margin + CORNER {
                 mark(cell_index(vec3<u32>(cell)), i, packed_plane(orientation, plane, select(nearer, NO_PLANE, at_seam(d))));
             }

@@ -33,7 +33,7 @@ pub struct Sizes {
     pub box_edge: u64,
     /// Bins of the pair search; 0 where squirmers are few.
     pub bins: u64,
-    /// Particles, or bricks with some, that may wait for a kernel of their own: all, or 0 where none does.
+    /// Particles, or handfuls of a brick, that may wait for a kernel of their own: all, or 0 where none does.
     pub waiting: u64,
     /// Particles that two bricks have room for together, where particles lie brick by brick; else 0.
     pub room: u64,
@@ -82,6 +82,13 @@ impl Sizes {
     #[must_use]
     pub fn bricks(&self) -> u64 {
         if self.room > 0 { self.cells.div_ceil(64).next_multiple_of(2) } else { 0 }
+    }
+
+    /// Places of a brick to which an entry of the list of those who wait may refer: a power of two, so large that three entries for each of a
+    /// brick's 192 invocations are enough for all that its room may hold.
+    #[must_use]
+    pub fn handful(&self) -> u64 {
+        self.room.div_ceil(3 * 192).next_power_of_two().clamp(4, 64)
     }
 
     /// How the sums over cells are made with these elements.

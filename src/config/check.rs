@@ -81,14 +81,14 @@ fn run(system: &System, root: &Node, found: &mut Vec<Diagnostic>) {
         let error = Diagnostic::error(message).at(root.place(&["box", "size"]), label);
         error.help("take a smaller box or a lower density")
     };
-    // Elements of the longest arrays, in the words by which they are addressed.
+    // Elements of the longest arrays, in the words by which they are addressed; places in rooms are listed with one bit more.
     let cells = sizes(system).cells;
     let words = cells * find("moments").map_or(0, |b| b.words as u64);
     let rooms = Sizes { room: brick_room(system), ..sizes(system) }.count(Extent::Rooms);
     if system.particle_count() > u64::from(u32::MAX) {
         let message = format!("{} particles are more than a 32-bit index can tell apart", system.particle_count());
         found.push(size(message, "times the density"));
-    } else if words.max(rooms) > u64::from(u32::MAX) {
+    } else if words.max(2 * rooms) > u64::from(u32::MAX) {
         let message =
             format!("{cells} cells and the room for their particles are more than 32-bit indices can tell apart");
         found.push(size(message, "size of the box"));

@@ -5,7 +5,7 @@ use super::kernel::{Kernel, compile, groups, settings};
 use super::{Gpu, GpuError};
 use crate::buffers::{Extent, Now, STEPS_AHEAD, Sizes};
 use crate::graph::fused::{Item, Occasion, ahead, bricks, items, joint, sifted, walked};
-use crate::graph::kernels::APPLY;
+use crate::graph::kernels::{APPLY, places};
 use crate::graph::{Plan, beside, constants, in_turn, small};
 use crate::shader::{Lanes, Module, Over, Route, settings_name};
 use crate::stages::Entry;
@@ -37,6 +37,8 @@ pub(super) struct Ordered {
     ahead: Vec<usize>,
     every: Vec<u64>,
     lanes: Lanes,
+    /// The collision uses the sums over positions.
+    places: bool,
     pub(super) kernels: Vec<(Item, Module)>,
 }
 
@@ -45,7 +47,8 @@ impl Ordered {
     pub(super) fn new(plan: &Plan, lanes: Lanes, sizes: &Sizes) -> Result<Self, GpuError> {
         let every: Vec<u64> = plan.stages.iter().map(|s| (s.entry.every)(&s.values)).collect();
         let occasional: u64 = every.iter().enumerate().map(|(i, n)| u64::from(*n > 1) << i).sum();
-        let mut ordered = Self { orders: HashMap::new(), ahead: Vec::new(), every, lanes, kernels: Vec::new() };
+        let (orders, places) = (HashMap::new(), places(plan));
+        let mut ordered = Self { orders, ahead: Vec::new(), every, lanes, places, kernels: Vec::new() };
         for member in ahead(plan, sizes)? {
             let stages = ordered.stages(plan, 0);
             let kernel = ordered.enter(Item::Alone(member), &stages, sizes)?;
@@ -84,7 +87,7 @@ impl Ordered {
             Item::Sifted(members) => sifted(members, Over::Sifted, stages)?,
             Item::Held(members) => sifted(members, Over::Held, stages)?,
             Item::Walked(members) => walked(members, stages)?,
-            Item::Bricks(members, route) => bricks(members, *route, stages, self.lanes)?,
+            Item::Bricks(members, route) => bricks(members, *route, stages, (self.lanes, self.places))?,
             Item::Alone(m) => stages[m.stage].0.fused_module(&m.text(), item.lanes(self.lanes, sizes))?,
             Item::InTurn(members) => in_turn::module(members, stages)?,
             Item::Small(members) => small::module(members, stages, sizes)?,
@@ -92,16 +95,6 @@ impl Ordered {
         };
         self.kernels.push((item, module));
         Ok(self.kernels.len() - 1)
-    }
-}
-
-/// Invocations for the particles of a brick that wait. Where all workgroups find room on a GPU at once, what counts is how soon the last is done; where
-/// there are many, that none of its invocations is idle.
-fn held_lanes(sizes: &Sizes) -> f64 {
-    match sizes.count(Extent::Bricks) {
-        0..600 => 256.0,
-        600..5_000 => 64.0,
-        _ => 32.0,
     }
 }
 
@@ -116,7 +109,7 @@ impl Fused {
     ) -> Result<Self, GpuError> {
         let uniforms: Vec<(String, wgpu::Buffer)> =
             plan.stages.iter().map(|s| (settings_name(s.entry.kind), settings(gpu, s, plan))).collect();
-        let constants = [&constants(plan)[..], &[("HELD_LANES", held_lanes(sizes))]].concat();
+        let constants = [&constants(plan)[..], &[("HANDFUL", sizes.handful() as f64)]].concat();
         let mut made = Vec::new();
         for (item, module) in ordered.kernels {
             let members = item.members();
@@ -136,6 +129,8 @@ impl Fused {
             let (point, label) = (item.point(), item.label(|stage| plan.stages[stage].entry.kind));
             let module = buffers.fit(&module)?;
             let compiled = compile(gpu, &label, &module);
+            let lanes = [("BRICK_LANES", f64::from(item.brick_lanes(ordered.places)))];
+            let constants = [&constants[..], &lanes].concat();
             let kernel = Kernel::new(gpu, &compiled, &module, (point, groups), (buffers, &find), &constants)?;
             made.push(Made { item, kernel, label });
         }
@@ -148,7 +143,7 @@ impl Fused {
     pub(super) fn empty_lists(&self, gpu: &Gpu, buffers: &Buffers) {
         if self.held_groups.is_some() {
             // Workgroups along x, y and z, and how many wait, in even steps and in odd ones.
-            buffers.write(gpu, "held_groups", 0, bytemuck::cast_slice(&[0u32, 1, 1, 0, 0, 1, 1, 0]));
+            buffers.write(gpu, "held_groups", 0, bytemuck::cast_slice(&[[0u32, 1, 1, 0]; 2]));
         }
     }
 

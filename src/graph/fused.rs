@@ -40,7 +40,8 @@ pub fn sizes(plan: &Plan, particles: u64, gathering: Option<Gathering>) -> Sizes
         return if may { at_once(chains) } else { chains };
     }
     let bricks = Sizes { room: packed::brick_room(&plan.system), ..sizes };
-    let bricks = Sizes { waiting: bricks.count(Extent::Bricks), ..bricks };
+    // In handfuls, of which each brick's last may not be full.
+    let bricks = Sizes { waiting: bricks.count(Extent::Bricks) + particles.div_ceil(bricks.handful()), ..bricks };
     if fit_for_bricks(plan, &bricks) { at_once(bricks) } else { waiting_in(plan, sizes) }
 }
 
@@ -363,11 +364,17 @@ pub fn sifted(members: &[Member], over: Over, stages: &[(&'static Entry, u32, bo
     fuse(&members.iter().map(|m| part(m, stages)).collect::<Vec<_>>(), over, Lanes::One)
 }
 
-/// The kernel of members that move particles brick by brick.
+/// The kernel of members that move particles brick by brick; `places`: the collision uses the sums over positions. If it does not, there are registers
+/// for particles to stay at hand meanwhile.
 ///
 /// # Errors
 /// If their functions do not fit together as WGSL.
-pub fn bricks(members: &[Member], route: Route, stages: &[Staged], lanes: Lanes) -> Result<Module, ShaderError> {
+pub fn bricks(
+    members: &[Member],
+    route: Route,
+    stages: &[Staged],
+    (lanes, places): (Lanes, bool),
+) -> Result<Module, ShaderError> {
     let mut parts: Vec<Part<'_>> = members.iter().map(|m| part(m, stages)).collect();
     if route == Route::Leave {
         // It declares what bricks are.
@@ -385,7 +392,8 @@ pub fn bricks(members: &[Member], route: Route, stages: &[Staged], lanes: Lanes)
     }
     let cells = over_cells(members);
     let kept = cells > 0 && received(stages)?;
-    fuse(&parts, Over::Bricks { route, cells, kept }, lanes)
+    let hold = cells > 0 && route == Route::Stay && !places;
+    fuse(&parts, Over::Bricks { route, cells, kept, hold }, lanes)
 }
 
 /// So many of the first members are over cells.

@@ -9,9 +9,9 @@ pub(super) fn entry(parts: &[Part<'_>], over: Over) -> String {
         Over::Particles | Over::Bricks { route: Route::Enter, .. } => each_particle(parts, over == Over::Particles),
         Over::Sifted => each_sifted(parts),
         Over::Held => each_held(parts),
-        Over::Bricks { route, cells, kept } => {
+        Over::Bricks { route, cells, kept, hold } => {
             let (made, moved) = parts.split_at(cells);
-            each_brick((made, kept), moved, route)
+            each_brick((made, kept, hold), moved, route)
         }
         Over::Walked { cells, kept } => {
             let (made, moved) = parts.split_at(cells);
@@ -21,7 +21,7 @@ pub(super) fn entry(parts: &[Part<'_>], over: Over) -> String {
         Over::Cells { sums, operators } => each_cell(parts, sums, operators),
     };
     let (size, index) = match over {
-        Over::Bricks { route: Route::Held, .. } => ("HELD_LANES", "brick_of(group, groups)"),
+        Over::Bricks { route: Route::Held, .. } => ("WORKGROUP", "brick_of(group, groups)"),
         Over::Bricks { route: Route::Stay | Route::Sift | Route::Leave, .. } | Over::BrickCells { .. } => {
             ("BRICK_LANES", "brick_of(group, groups)")
         }
@@ -41,8 +41,9 @@ fn moves(parts: &[Part<'_>]) -> String {
     own.map(|part| format!("p = {}(i, p);", part.function)).collect::<Vec<_>>().join(" ")
 }
 
-/// Particles of a brick that an invocation has at a time, where all of them move.
-const PER_LANE: usize = 4;
+/// Particles of a brick that an invocation has at a time, where all of them move: those that it holds from the sums on, and those that it fetches again.
+const HELD_PER_LANE: usize = 4;
+const FETCHED_PER_LANE: usize = 3;
 
 /// One line for each of the particles that an invocation has; `#` in it is which, `NTH` its place in the brick.
 fn for_each(most: usize, lanes: &str, line: &str) -> String {
@@ -57,14 +58,21 @@ fn in_between(parts: &[Part<'_>]) -> String {
 }
 
 /// The operators of a brick's cells, made and kept in the workgroup; those of cells at walls in memory, too, if the walls receive something.
-/// The particles, or the last of them if there are many, stay at hand.
-fn made_and_kept(parts: &[Part<'_>], kept: bool) -> Vec<String> {
+/// The particles, or the last of them if there are many, may stay at hand: that is as many registers less for the operators.
+fn made_and_kept(parts: &[Part<'_>], kept: bool, hold: bool) -> Vec<String> {
+    let sums = if hold {
+        vec![
+            for_each(HELD_PER_LANE, "BRICK_LANES", "var p#: Particle;"),
+            format!("for (var base = 0u; base < count; base += {HELD_PER_LANE}u * BRICK_LANES) {{"),
+            for_each(HELD_PER_LANE, "BRICK_LANES", "p# = fetched(index, NTH, count);"),
+            for_each(HELD_PER_LANE, "BRICK_LANES", "if NTH < count { add_particle(p#); }"),
+            "}".to_owned(),
+        ]
+    } else {
+        let one = "add_particle(particle_in_brick(slot_of(index, k)));";
+        vec![format!("for (var k = lane; k < count; k += BRICK_LANES) {{ {one} }}")]
+    };
     let head = [
-        for_each(PER_LANE, "BRICK_LANES", "var p#: Particle;"),
-        format!("for (var base = 0u; base < count; base += {PER_LANE}u * BRICK_LANES) {{"),
-        for_each(PER_LANE, "BRICK_LANES", "p# = fetched(index, NTH, count);"),
-        for_each(PER_LANE, "BRICK_LANES", "if NTH < count { add_particle(p#); }"),
-        "}".to_owned(),
         in_between(parts),
         "workgroupBarrier();".to_owned(),
         "if lane < BRICK_CELLS {".to_owned(),
@@ -72,27 +80,25 @@ fn made_and_kept(parts: &[Part<'_>], kept: bool) -> Vec<String> {
     ];
     let wall = if kept { "if at_wall(row_of(i)) { store_operator(i, o); }" } else { "" };
     let tail = ["keep_operator(lane, o);", wall, "}", "workgroupBarrier();"];
-    head.into_iter().chain(operator(parts, true, false)).chain(tail.map(str::to_owned)).collect()
+    let made = operator(parts, true, false);
+    sums.into_iter().chain(head).chain(made).chain(tail.map(str::to_owned)).collect()
 }
 
 /// A brick's particles, moved on. The last part of those who stay is replaced by what settles them. `made`: parts that make the operators first,
 /// of the step before.
-fn each_brick((made, kept): (&[Part<'_>], bool), parts: &[Part<'_>], route: Route) -> Vec<String> {
-    let began = match route {
-        Route::Held => {
-            "for (var k = index; k < held_groups[held_list(now.step_low) + 3u]; k += groups.x) { let index = held[k];"
-        }
-        _ => "if index * BRICK_CELLS >= system.cell_count { return; }",
-    };
+fn each_brick((made, kept, hold): (&[Part<'_>], bool, bool), parts: &[Part<'_>], route: Route) -> Vec<String> {
+    if route == Route::Held {
+        return each_held_back(parts);
+    }
     let head = [
-        began,
+        "if index * BRICK_CELLS >= system.cell_count { return; }",
         if route == Route::Leave { "" } else { "clear_going(lane);" },
         if made.is_empty() { "" } else { "clear_sums(lane, BRICK_LANES);" },
         "let count = particles_of_brick(index, lane);",
     ];
     let mut lines: Vec<String> = head.map(str::to_owned).to_vec();
     if !made.is_empty() {
-        lines.extend(made_and_kept(made, kept));
+        lines.extend(made_and_kept(made, kept, hold));
     }
     if route == Route::Leave {
         lines.extend([
@@ -107,18 +113,18 @@ fn each_brick((made, kept): (&[Part<'_>], bool), parts: &[Part<'_>], route: Rout
         return lines;
     }
     // Those that only move are better fetched as they go: so more workgroups are at work at a time.
-    let (lanes, most) = match route {
-        Route::Held => ("HELD_LANES", 1),
-        _ => ("BRICK_LANES", if made.is_empty() { 1 } else { PER_LANE }),
+    let (lanes, step) = ("BRICK_LANES", if made.is_empty() { "now.step_low" } else { "now.step_low + 1u" });
+    let most = match (made.is_empty(), hold) {
+        (true, _) => 1,
+        (false, true) => HELD_PER_LANE,
+        (false, false) => FETCHED_PER_LANE,
     };
     let each = |line: &str| for_each(most, lanes, line);
-    let (fetch, step) = if made.is_empty() {
+    // Those at hand need not be fetched again.
+    let fetch = if hold { format!("if count > {most}u * {lanes} ") } else { String::new() };
+    if !hold {
         lines.push(each("var p#: Particle;"));
-        (String::new(), "now.step_low")
-    } else {
-        // Those at hand need not be fetched again.
-        (format!("if count > {most}u * {lanes} "), "now.step_low + 1u")
-    };
+    }
     let parts = &parts[..parts.len() - 1];
     let (calls, what) = match route {
         Route::Sift => (
@@ -138,19 +144,34 @@ fn each_brick((made, kept): (&[Part<'_>], bool), parts: &[Part<'_>], route: Rout
         each(&format!("arrive(what#, p#, place, slot_of(index, NTH), {step});")),
         "}".to_owned(),
     ]);
-    lines.extend(match route {
-        Route::Sift => vec![
-            format!("if index == 0u && lane == 0u {{ empty_other_list({step}); }}"),
-            "if lane == 0u {".to_owned(),
-            "    let left = atomicLoad(&held_back);".to_owned(),
-            "    atomicStore(&brick_counts[index], left);".to_owned(),
-            format!("    if left > 0u {{ enlist(index, 1u, {step}); }}"),
-            "}".to_owned(),
-        ],
-        Route::Held => vec!["if lane == 0u { atomicStore(&brick_counts[index], 0u); }".to_owned(), "}".to_owned()],
-        _ => vec!["if lane == 0u { atomicStore(&brick_counts[index], 0u); }".to_owned()],
-    });
+    if route == Route::Sift {
+        lines.push(format!("if index == 0u && lane == 0u {{ empty_other_list({step}); }}"));
+    }
+    lines.push("if lane == 0u { atomicStore(&brick_counts[index], 0u); }".to_owned());
+    if route == Route::Sift {
+        lines.push(format!("enlist_handfuls(index, lane, {step});"));
+    }
     lines
+}
+
+/// Particles of bricks that waited: they lie here and there, so that each finds its place by itself.
+fn each_held_back(parts: &[Part<'_>]) -> Vec<String> {
+    let step = "now.step_low";
+    let lines = [
+        "let each = handfuls_of_workgroup();",
+        &format!(
+            "for (var k = index * each + lane / HANDFUL; k < held_groups[held_list({step}) + 3u]; k += each * groups.x) {{"
+        ),
+        "    let waiting = waiting_in(held[k], lane);",
+        "    if waiting.there {",
+        "        let i = waiting.slot;",
+        "        var p = particle_in_brick(i);",
+        &format!("        {}", moves(&parts[..parts.len() - 1])),
+        &format!("        arrive(FAR, p, vec3<u32>(), i, {step});"),
+        "    }",
+        "}",
+    ];
+    lines.map(str::to_owned).to_vec()
 }
 
 fn each_brick_cell(parts: &[Part<'_>], operators: bool) -> Vec<String> {

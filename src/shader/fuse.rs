@@ -82,6 +82,8 @@ pub enum Over {
         cells: usize,
         /// Somebody needs the operators of cells at walls afterwards.
         kept: bool,
+        /// Particles stay at hand from the sums to their motion.
+        hold: bool,
     },
     /// Cells of bricks: as cells, after a first function that hands out the sums of one once those of the brick are there. Before it come functions
     /// `(brick, lane)`, after it functions `(cell, Sums) -> Sums`.
@@ -153,22 +155,23 @@ pub fn fuse(parts: &[Part<'_>], over: Over, lanes: Lanes) -> Result<Module, Shad
             bindings.extend(held_bindings(false));
             vec!["particles-store".to_owned(), "held".to_owned()]
         }
-        Over::Bricks { route, cells, kept } => {
+        Over::Bricks { route, cells, kept, .. } => {
             let row = if route == Route::Leave { "particles-leave" } else { "particles" };
             if route == Route::Leave {
                 let types = OVERLAYS[1].guests.into_iter().zip(["array<vec4<u32>>", "array<vec2<f32>>"]);
                 bindings.extend(types.map(|(name, ty)| Bound::storage(name, "read_write", ty)));
             }
-            let waits = match route {
-                Route::Sift => Some("held-store"),
-                Route::Held => Some("held"),
-                _ => None,
+            let waits: &[&str] = match route {
+                Route::Sift => &["held-handfuls-store"],
+                Route::Held => &["held-handfuls"],
+                _ => &[],
             };
-            if waits.is_some() {
+            if !waits.is_empty() {
                 bindings.extend(held_bindings(route == Route::Sift));
             }
-            let made = [waits, (cells > 0).then_some("operator-brick"), kept.then_some("operator-store")];
-            [row].into_iter().chain(made.into_iter().flatten()).map(str::to_owned).collect()
+            let made = [(cells > 0).then_some("operator-brick"), kept.then_some("operator-store")];
+            let all = [row].into_iter().chain(waits.iter().copied()).chain(made.into_iter().flatten());
+            all.map(str::to_owned).collect()
         }
         Over::Walked { kept, .. } => {
             let made = ["particles-store", "operator-own"].into_iter().chain(kept.then_some("operator-store"));

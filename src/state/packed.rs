@@ -320,7 +320,9 @@ pub fn brick_room_for(system: &System, positions: impl Iterator<Item = [u32; 3]>
 
 #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
 fn with_reserve(count: f64) -> u64 {
-    ((count + 8.0 * count.sqrt()).ceil() as u64 + 16).next_multiple_of(16)
+    let room = (count + 8.0 * count.sqrt()).ceil() as u64 + 16;
+    // Whole handfuls of those who wait.
+    room.next_multiple_of(Sizes { room, ..Sizes::default() }.handful().max(16))
 }
 
 /// Particles in the fullest two bricks that share a room, wherever the grid begins.
