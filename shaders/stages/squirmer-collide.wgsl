@@ -393,11 +393,16 @@ fn follow(begin: Path, k: u32) -> Followed {
         let displacement = out.path.velocity * rest;
         let wall = wall_share(out.path.position.y, displacement.y);
         let here = cell_of(out.path.position);
-        var e = first_hit(NOTHING, here, here, 0u, out.path, rest);
         let end = out.path.position + to_units(displacement * min(wall, 1.0));
         let there = cell_of(vec3<u32>(end.x, select(end.y, out.path.position.y, beyond_wall(end.y)), end.z));
-        if there != here {
-            e = first_hit(e, there, here, neighbours(here), out.path, rest);
+        // First where it is, then where it goes.
+        var e = NOTHING;
+        var cell = here;
+        var known = 0u;
+        for (var left = select(1u, 2u, there != here); left > 0u; left--) {
+            e = first_hit(e, cell, here, known, out.path, rest);
+            cell = there;
+            known = neighbours(here);
         }
         if e.share > 1.0 && wall > 1.0 {
             out.path.position += to_units(displacement);
@@ -430,15 +435,16 @@ fn settle(followed: Followed, rest: f32) -> Followed {
     if rest > 0.0 {
         out.met = true;
     }
-    for (var attempt = 0; attempt < 4 && inside_any(out.path); attempt++) {
+    for (var attempt = 0; inside_any(out.path); attempt++) {
+        if attempt == 4 {
+            report(FAULT_STUCK, UNKNOWN, Witness(SITE_SQUIRMER_COLLIDE, UNKNOWN, UNKNOWN));
+            break;
+        }
         out.path = expel(out.path, cell_of(out.path.position));
         out.met = true;
         if beyond_wall(out.path.position.y) {
             out.path.position.y = select(0u, 0x7fffffffu, out.path.position.y < 0xc0000000u);
         }
-    }
-    if inside_any(out.path) {
-        report(FAULT_STUCK, UNKNOWN, Witness(SITE_SQUIRMER_COLLIDE, UNKNOWN, UNKNOWN));
     }
     return out;
 }

@@ -174,20 +174,19 @@ fn add_partner(sum: Sum, i: u32, body: Spheroid, j: u32) -> Sum {
         report_steric(i);
         return sum;
     }
-    var c: Contact;
+    var first = spheroid(j);
+    var second = body;
     if i == low {
-        c = contact(body, spheroid(j), r);
-    } else {
-        c = contact(spheroid(j), body, r);
+        second = first;
+        first = body;
     }
+    let c = contact(first, second, r);
     if c.gap >= settings.cutoff {
         return sum;
     }
     let strength = repulsion(c, settings.sigma, settings.epsilon, settings.max_force);
-    if i == low {
-        return add_contact(i, sum, -strength * c.by_shift, strength * c.by_turn_a);
-    }
-    return add_contact(i, sum, strength * c.by_shift, strength * c.by_turn_b);
+    let sign = select(1.0, -1.0, i == low);
+    return add_contact(i, sum, (sign * strength) * c.by_shift, strength * select(c.by_turn_b, c.by_turn_a, i == low));
 }
 
 fn may_touch(i: u32, position: vec3<u32>, j: u32) -> bool {
