@@ -88,7 +88,7 @@ impl Sizes {
     /// brick's 192 invocations are enough for all that its room may hold.
     #[must_use]
     pub fn handful(&self) -> u64 {
-        self.room.div_ceil(3 * 192).next_power_of_two().clamp(4, 64)
+        self.room.div_ceil(3 * 192).next_power_of_two().clamp(8, 64)
     }
 
     /// How the sums over cells are made with these elements.

@@ -206,12 +206,12 @@ fn ghosts_share_rooms_of_their_own() {
     assert_eq!(run(12, Form::Loose).0 & Fault::Room as u32, 0);
 }
 
-/// Two squirmers so near to all particles of a small box that any of them may meet either: they wait in handfuls of four, or of more where bricks have
+/// Two squirmers so near to all particles of a small box that any of them may meet either: they wait in handfuls of eight, or of more where bricks have
 /// room for many, and then in more of these than a brick has invocations.
 #[test]
 fn all_may_wait_however_many_there_are() {
     let kinds = ["squirmer-move", "stream", "squirmer-collide", "shift-grid", "cell-reduce", "rotate", "apply"];
-    for (density, handful) in [(15.0, 4), (60.0, 16)] {
+    for (density, handful) in [(31.0, 8), (60.0, 16)] {
         let mut system = rig::system([9, 8, 12]);
         system.fluid.density = density;
         system.run.dt = 1.0;
