@@ -13,8 +13,8 @@ fn enlist_handful(brick: u32, nth: u32, left: u32) {
     }
 }
 
-// All of the workgroup list those whom it has held back, once all are. HANDFUL is such that three entries for each invocation are enough, unless there are
-// more than some 280 particles per cell. A loop would take more registers than all before.
+// All of the workgroup list those whom it has held back, once all are. HANDFUL is such that three entries for each invocation are enough, unless a cell
+// has more than some 380 particles. A loop would take more registers than all before.
 fn enlist_handfuls(brick: u32, lane: u32, step: u32) {
     if lane == 0u {
         let left = atomicLoad(&held_back);

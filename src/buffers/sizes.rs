@@ -85,10 +85,11 @@ impl Sizes {
     }
 
     /// Places of a brick to which an entry of the list of those who wait may refer: a power of two, so large that three entries for each of a
-    /// brick's 192 invocations are enough for all that its room may hold.
+    /// brick's invocations are enough for all that its room may hold.
     #[must_use]
     pub fn handful(&self) -> u64 {
-        self.room.div_ceil(3 * 192).next_power_of_two().clamp(8, 64)
+        const FEWEST_LANES: u64 = 128;
+        self.room.div_ceil(3 * FEWEST_LANES).next_power_of_two().clamp(8, 64)
     }
 
     /// How the sums over cells are made with these elements.

@@ -64,6 +64,8 @@ pub struct Gpu {
     pub lanes: Lanes,
     /// How the fused plan makes the sums over cells, where the plan is fit for it; `None`: as suits a GPU.
     pub gathering: Option<Gathering>,
+    /// Up to how many bricks find room at once.
+    pub few_bricks: u64,
     /// Shaders use whole numbers of 64 bits where they can; they compute the same without.
     pub wide: bool,
     pub(super) device: wgpu::Device,
@@ -146,6 +148,9 @@ fn meant(wanted: &str, adapter: &AdapterSummary, count: usize) -> bool {
     }
 }
 
+/// Bricks that an H100 has room for at once, or as many as take no longer.
+const FEW_BRICKS: u64 = 450;
+
 impl Gpu {
     /// Opens the adapter whose number or part of whose name is `wanted`; without it the best: a GPU before a CPU.
     ///
@@ -197,7 +202,9 @@ impl Gpu {
         let cpu = chosen.kind == "CPU";
         let gathering = cpu.then_some(Gathering::Chains);
         let lanes = Lanes::One;
-        let mut gpu = Self { summary: chosen, lanes, gathering, wide, device, queue, timestamps, coherent, failure };
+        let few_bricks = FEW_BRICKS;
+        let mut gpu =
+            Self { summary: chosen, lanes, gathering, few_bricks, wide, device, queue, timestamps, coherent, failure };
         if shares && !cpu && gpu.subgroups_are_neighbours() {
             gpu.lanes = Lanes::Four;
         }

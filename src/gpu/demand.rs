@@ -27,7 +27,7 @@ impl Demand {
         };
         let (loose, fused) = match form {
             Form::Loose => (plan.stages.iter().map(|s| s.entry.module()).collect::<Result<Vec<_>, _>>()?, None),
-            Form::Fused => (Vec::new(), Some(Ordered::new(plan, gpu.lanes, &sizes)?)),
+            Form::Fused => (Vec::new(), Some(Ordered::new(gpu, plan, &sizes)?)),
         };
         Ok(Self { sizes, loose, fused })
     }

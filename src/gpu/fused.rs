@@ -4,8 +4,8 @@ use super::buffers::{Buffers, View};
 use super::kernel::{Kernel, compile, groups, settings};
 use super::{Gpu, GpuError};
 use crate::buffers::{Extent, Now, STEPS_AHEAD, Sizes};
-use crate::graph::fused::{Item, Occasion, ahead, bricks, items, joint, sifted, walked};
-use crate::graph::kernels::{APPLY, places};
+use crate::graph::fused::{Item, Occasion, ahead, bricks, holds, items, joint, sifted, walked};
+use crate::graph::kernels::APPLY;
 use crate::graph::{Plan, beside, constants, in_turn, small};
 use crate::shader::{Lanes, Module, Over, Route, settings_name};
 use crate::stages::Entry;
@@ -37,18 +37,18 @@ pub(super) struct Ordered {
     ahead: Vec<usize>,
     every: Vec<u64>,
     lanes: Lanes,
-    /// The collision uses the sums over positions.
-    places: bool,
+    /// See [`holds`].
+    holds: bool,
     pub(super) kernels: Vec<(Item, Module)>,
 }
 
 impl Ordered {
     /// Orders for every choice of the stages that do not run in each step.
-    pub(super) fn new(plan: &Plan, lanes: Lanes, sizes: &Sizes) -> Result<Self, GpuError> {
+    pub(super) fn new(gpu: &Gpu, plan: &Plan, sizes: &Sizes) -> Result<Self, GpuError> {
         let every: Vec<u64> = plan.stages.iter().map(|s| (s.entry.every)(&s.values)).collect();
         let occasional: u64 = every.iter().enumerate().map(|(i, n)| u64::from(*n > 1) << i).sum();
-        let (orders, places) = (HashMap::new(), places(plan));
-        let mut ordered = Self { orders, ahead: Vec::new(), every, lanes, places, kernels: Vec::new() };
+        let (lanes, holds) = (gpu.lanes, holds(plan, sizes, gpu.few_bricks));
+        let mut ordered = Self { orders: HashMap::new(), ahead: Vec::new(), every, lanes, holds, kernels: Vec::new() };
         for member in ahead(plan, sizes)? {
             let stages = ordered.stages(plan, 0);
             let kernel = ordered.enter(Item::Alone(member), &stages, sizes)?;
@@ -87,7 +87,7 @@ impl Ordered {
             Item::Sifted(members) => sifted(members, Over::Sifted, stages)?,
             Item::Held(members) => sifted(members, Over::Held, stages)?,
             Item::Walked(members) => walked(members, stages)?,
-            Item::Bricks(members, route) => bricks(members, *route, stages, (self.lanes, self.places))?,
+            Item::Bricks(members, route) => bricks(members, *route, stages, (self.lanes, self.holds))?,
             Item::Alone(m) => stages[m.stage].0.fused_module(&m.text(), item.lanes(self.lanes, sizes))?,
             Item::InTurn(members) => in_turn::module(members, stages)?,
             Item::Small(members) => small::module(members, stages, sizes)?,
@@ -129,7 +129,7 @@ impl Fused {
             let (point, label) = (item.point(), item.label(|stage| plan.stages[stage].entry.kind));
             let module = buffers.fit(&module)?;
             let compiled = compile(gpu, &label, &module);
-            let lanes = [("BRICK_LANES", f64::from(item.brick_lanes(ordered.places)))];
+            let lanes = [("BRICK_LANES", f64::from(item.brick_lanes(ordered.holds)))];
             let constants = [&constants[..], &lanes].concat();
             let kernel = Kernel::new(gpu, &compiled, &module, (point, groups), (buffers, &find), &constants)?;
             made.push(Made { item, kernel, label });

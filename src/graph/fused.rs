@@ -10,7 +10,7 @@ mod item;
 pub use item::{Item, Member};
 
 use self::item::ROW;
-use super::kernels::{APPLY, Use, reflected};
+use super::kernels::{APPLY, Use, places, reflected};
 use super::{Plan, beside, in_turn, small};
 use crate::buffers::{Extent, Gathering, Sizes, find};
 use crate::shader::{Lanes, Module, Over, Part, Route, ShaderError, fuse};
@@ -364,8 +364,7 @@ pub fn sifted(members: &[Member], over: Over, stages: &[(&'static Entry, u32, bo
     fuse(&members.iter().map(|m| part(m, stages)).collect::<Vec<_>>(), over, Lanes::One)
 }
 
-/// The kernel of members that move particles brick by brick; `places`: the collision uses the sums over positions. If it does not, there are registers
-/// for particles to stay at hand meanwhile.
+/// The kernel of members that move particles brick by brick; see [`holds`].
 ///
 /// # Errors
 /// If their functions do not fit together as WGSL.
@@ -373,7 +372,7 @@ pub fn bricks(
     members: &[Member],
     route: Route,
     stages: &[Staged],
-    (lanes, places): (Lanes, bool),
+    (lanes, holds): (Lanes, bool),
 ) -> Result<Module, ShaderError> {
     let mut parts: Vec<Part<'_>> = members.iter().map(|m| part(m, stages)).collect();
     if route == Route::Leave {
@@ -392,8 +391,16 @@ pub fn bricks(
     }
     let cells = over_cells(members);
     let kept = cells > 0 && received(stages)?;
-    let hold = cells > 0 && route == Route::Stay && !places;
+    let hold = cells > 0 && route != Route::Leave && holds;
     fuse(&parts, Over::Bricks { route, cells, kept, hold }, lanes)
+}
+
+/// Whether a kernel that makes operators keeps the particles at hand that it moves on by them. On a GPU it does if the collision uses no sums over
+/// positions, so that there are registers for both, or if there are so few bricks that all find room at once: then fetching particles again is only
+/// waited for.
+#[must_use]
+pub fn holds(plan: &Plan, sizes: &Sizes, few_bricks: u64) -> bool {
+    !places(plan) || sizes.bricks() <= few_bricks
 }
 
 /// So many of the first members are over cells.

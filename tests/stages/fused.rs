@@ -25,6 +25,10 @@ fn left(
     let mut gpu = rig::gpu().clone();
     gpu.lanes = lanes;
     gpu.gathering = gathering.into();
+    if lanes == Lanes::Four && gpu.gathering == Some(Gathering::Bricks) {
+        // As where there are many.
+        gpu.few_bricks = 0;
+    }
     let mut session = Session::formed(&gpu, &plan, start, form).expect("a session");
     let bricks = form == Form::Fused && gpu.gathering != Some(Gathering::Chains);
     assert_eq!(session.sizes().gathering() == Gathering::Bricks, bricks);

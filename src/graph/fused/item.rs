@@ -176,12 +176,12 @@ impl Item {
         if first.shared && !idle { adapter } else { Lanes::One }
     }
 
-    /// Invocations for a brick; `places`: the collision uses the sums over positions. On an H100 a kernel that makes such operators and moves particles
-    /// is done soonest with fewer.
+    /// Invocations for a brick; see [`super::holds`]. On an H100 a kernel that makes operators and fetches the particles again that it moves is done soonest
+    /// with fewer.
     #[must_use]
-    pub fn brick_lanes(&self, places: bool) -> u32 {
-        let makes_and_moves = matches!(self, Item::Bricks(members, Route::Stay) if members[0].makes_sums());
-        if makes_and_moves && places { 128 } else { 192 }
+    pub fn brick_lanes(&self, holds: bool) -> u32 {
+        let stays = matches!(self, Item::Bricks(members, Route::Stay | Route::Sift) if members[0].makes_sums());
+        if stays && !holds { 128 } else { 192 }
     }
 
     /// The kernels in it.
