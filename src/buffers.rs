@@ -8,7 +8,7 @@ mod sizes;
 pub use extent::Extent;
 pub use fault::{Fault, Site};
 pub use overlay::{OVERLAYS, Overlay, lodgers};
-pub use sizes::{Gathering, Sizes};
+pub use sizes::{BRICK_LANES, FEWER_BRICK_LANES, Gathering, Sizes};
 
 use crate::shared;
 

@@ -3,7 +3,7 @@
 // `faults` (as atomics), and has `now`.
 //!include particle
 //!include fault
-override BRICK_LANES: u32 = 192u;
+override BRICK_LANES: u32;
 const BRICK_CELLS: u32 = 64u;
 // The driver need not clear workgroup memory: who adds to it clears it first.
 const CLEARS_WORKGROUP_MEMORY: bool = true;

@@ -3,7 +3,7 @@
 //!include held
 //!include bricks
 
-override HANDFUL: u32 = 8u;
+override HANDFUL: u32;
 
 // Entries for which a workgroup has invocations.
 fn handfuls_of_workgroup() -> u32 {

@@ -12,6 +12,12 @@ pub enum Gathering {
     Bricks,
 }
 
+/// Invocations of a workgroup that works on a brick.
+pub const BRICK_LANES: u32 = 192;
+
+/// The same of one that makes operators and fetches the particles again that it moves.
+pub const FEWER_BRICK_LANES: u32 = 128;
+
 /// How many elements each extent has in one run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Sizes {
@@ -88,8 +94,7 @@ impl Sizes {
     /// brick's invocations are enough for all that its room may hold.
     #[must_use]
     pub fn handful(&self) -> u64 {
-        const FEWEST_LANES: u64 = 128;
-        self.room.div_ceil(3 * FEWEST_LANES).next_power_of_two().clamp(8, 64)
+        self.room.div_ceil(3 * u64::from(FEWER_BRICK_LANES)).next_power_of_two().clamp(8, 64)
     }
 
     /// How the sums over cells are made with these elements.

@@ -1,6 +1,6 @@
 //! What the fused plan dispatches: kernels of stages, alone or several in one.
 
-use crate::buffers::{Extent, OVERLAYS, Sizes};
+use crate::buffers::{BRICK_LANES, Extent, FEWER_BRICK_LANES, OVERLAYS, Sizes};
 use crate::graph::kernels::Use;
 use crate::shader::{ENTRY, Lanes, Rare, Route, after_the_shift};
 use crate::stages::Phase;
@@ -181,7 +181,7 @@ impl Item {
     #[must_use]
     pub fn brick_lanes(&self, holds: bool) -> u32 {
         let stays = matches!(self, Item::Bricks(members, Route::Stay | Route::Sift) if members[0].makes_sums());
-        if stays && !holds { 128 } else { 192 }
+        if stays && !holds { FEWER_BRICK_LANES } else { BRICK_LANES }
     }
 
     /// The kernels in it.
